@@ -135,6 +135,14 @@ std::vector<S> GridCells::numbers(const SharedNumbers& growth) const {
   return result;
 }
 
+std::vector<double> GridCells::from_planes(std::span<const double> planes) const {
+  std::vector<double> result;
+  for_each_node([&](std::size_t /*node*/, std::size_t number) {
+    for (std::size_t axis = 0; axis < 3; ++axis) result.push_back(planes[axis * used_.size() + number]);
+  });
+  return result;
+}
+
 template GridView<float> GridCells::view<float>() const;
 template GridView<double> GridCells::view<double>() const;
 template std::vector<float> GridCells::numbers<float>(const SharedVectors&) const;

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "knead/field.h"
@@ -348,6 +349,33 @@ inline GridSlope<double> slope_at(const GridView<double>& grid, const Vec3d& y, 
   return grid.used[node] == 0 ? GridSlope<double>{} : slope_in_cell(grid, node, place.within, t);
 }
 
+// Adds the gradient of by_curl . (the curl of A) + by_value . A at y with respect to the coefficients to three planes
+// of numbers, each of the length `plane`: x of all nodes, y and z. A is 216 times the sum of the splines, the unit of
+// its curl is 1 / spacing.
+[[gnu::always_inline]] inline void add_by_coefficients(const GridView<double>& grid, const Vec3d& y,
+                                                       const Vec3d& by_curl, const Vec3d& by_value, double* planes,
+                                                       std::ptrdiff_t plane) {
+  const GridPlace<double> place = place_in(grid, y);
+  const GridWeights<double> weights = weights_at(place.within);
+  const auto& [wx, wy, wz] = weights.along;
+  double* const first = planes + node_at(grid, place);
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < 4; ++j) {
+      const double both = wy.value[j] * wz.value[k];
+      const double by_y = wy.slope[j] * wz.value[k];
+      const double by_z = wy.value[j] * wz.slope[k];
+      const Vec3d of_value{by_curl.y * by_z - by_curl.z * by_y + by_value.x * both,
+                           by_value.y * both - by_curl.x * by_z, by_curl.x * by_y + by_value.z * both};
+      double* const to = first + k * grid.plane + j * grid.row;
+      for (int i = 0; i < 4; ++i) {
+        to[i] += wx.value[i] * of_value.x;
+        to[plane + i] += wx.value[i] * of_value.y + wx.slope[i] * (by_curl.z * both);
+        to[2 * plane + i] += wx.value[i] * of_value.z - wx.slope[i] * (by_curl.y * both);
+      }
+    }
+  }
+}
+
 inline constexpr int kEmptyNodes = 4;  // on each side of a grid
 
 // The limits of a grid's nodes, without and with the empty ones.
@@ -379,6 +407,9 @@ class GridCells {
   std::vector<S> numbers(const SharedVectors& coefficients) const;
   template <class S>
   std::vector<S> numbers(const SharedNumbers& growth) const;
+
+  // Returns three numbers for each node of the grid, from three planes in the order of GridView.
+  std::vector<double> from_planes(std::span<const double> planes) const;
 
   const std::vector<std::uint8_t>& used() const { return used_; }
 

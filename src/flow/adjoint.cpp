@@ -13,6 +13,7 @@
 #include "flow/culling.h"
 #include "flow/path_jacobian.h"
 #include "flow/segment_map.h"
+#include "flow/segment_mover.h"
 #include "flow/tangent_line.h"
 #include "flow/taped.h"
 #include "flow/varying_fields.h"
@@ -49,86 +50,14 @@ class NextTaped {
   std::vector<Taped> numbers_;
 };
 
-// The gradient with respect to the coefficients of a grid.
-class GridCoefficients {
- public:
-  explicit GridCoefficients(const PartOfSegment& part)
-      : part_(part), grid_(part.segment.grid), center_(part.nodes->cells.center()) {
-    if (part.mask.acts) mask_ = view_of<double>(part.segment.mask, center_);
-  }
-
-  // Returns the gradient of `weight` . v with respect to the place; nothing under a mask.
-  std::optional<Vec3d> by_place(const Vec3d& x, double t, const Vec3d& weight) const {
-    if (mask_) return std::nullopt;
-    const GridSlope<double> slope = slope_at(part_.nodes->view, x - center_, t);
-    return slope.rows[0] * weight.x + slope.rows[1] * weight.y + slope.rows[2] * weight.z;
-  }
-
-  // Adds that of `weight` . v by the coefficients: v is the sum over the nodes k of grad(m B_k) x a_k, with the mask m.
-  void add(const Vec3d& x, double t, const Vec3d& weight, std::span<double> sums) const {
-    const Vec3d u = (x - grid_.origin) / grid_.spacing;
-    const Vec3d cell{std::floor(u.x), std::floor(u.y), std::floor(u.z)};
-    std::array<int, 3> first{};  // node of the cell
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (!(cell[axis] >= -2 && cell[axis] <= grid_.counts[axis])) return;
-      first[axis] = static_cast<int>(cell[axis]) - 1;
-    }
-    const GridWeights<double> weights = weights_at(u - cell);
-    const auto& [wx, wy, wz] = weights.along;
-    const MaskValue<double> mask = mask_at(x);
-    const Vec3d by_slope = weight * (mask.value / (216 * grid_.spacing));
-    const Vec3d by_value = cross(weight, mask.gradient) * (1.0 / 216);
-    const auto inside = [&](std::size_t axis, int at) { return at >= 0 && at < grid_.counts[axis]; };
-    for (int k = 0; k < 4; ++k) {
-      if (!inside(2, first[2] + k)) continue;
-      for (int j = 0; j < 4; ++j) {
-        if (!inside(1, first[1] + j)) continue;
-        const std::ptrdiff_t row = first[0] + std::ptrdiff_t{grid_.counts[0]} *
-                                                  (first[1] + j + std::ptrdiff_t{grid_.counts[1]} * (first[2] + k));
-        const double value = wy.value[j] * wz.value[k];
-        const double by_y = wy.slope[j] * wz.value[k];
-        const double by_z = wy.value[j] * wz.slope[k];
-        for (int i = 0; i < 4; ++i) {
-          if (!inside(0, first[0] + i)) continue;
-          const Vec3d slope{wx.slope[i] * value, wx.value[i] * by_y, wx.value[i] * by_z};
-          add_to(row + i, cross(by_slope, slope) + by_value * (wx.value[i] * value), t, sums);
-        }
-      }
-    }
-  }
-
- private:
-  MaskValue<double> mask_at(const Vec3d& x) const {
-    if (!mask_) return {1, {0, 0, 0}};
-    return evaluate_mask(*mask_, x - center_);
-  }
-
-  void add_to(std::ptrdiff_t node, const Vec3d& gradient, double t, std::span<double> sums) const {
-    const auto to = sums.begin() + 3 * node;
-    const bool varies = !grid_.end_coefficients.empty();
-    for (std::ptrdiff_t axis = 0; axis < 3; ++axis) {
-      const double number = gradient[static_cast<std::size_t>(axis)];
-      to[axis] += varies ? (1 - t) * number : number;
-      if (varies) to[3 * std::ssize(grid_.coefficients) + axis] += t * number;
-    }
-  }
-
-  const PartOfSegment& part_;
-  const PotentialGrid& grid_;
-  Vec3d center_;                          // that positions are relative to
-  std::optional<MaskView<double>> mask_;  // nothing if no mask acts
-};
-
 // The first numbers of a segment: begin and end.
 constexpr std::size_t kEnds = 2;
 
 // The numbers of a segment on a tape, and the steps of a point back through its velocity.
 class StepsBack {
  public:
-  // `grid`: null unless its coefficients are wanted, whose gradient is added to `sums`.
-  StepsBack(const TangentLine& line, const WantedNumbers& wanted, const Segment& segment, Tape& tape,
-            const GridCoefficients* grid, std::span<double> sums)
-      : tape_(tape), next_(wanted, tape), grid_(grid), sums_(sums) {
+  StepsBack(const TangentLine& line, const WantedNumbers& wanted, const Segment& segment, Tape& tape)
+      : tape_(tape), next_(wanted, tape) {
     tape_.clear();
     next_(segment.begin);
     next_(segment.end);
@@ -155,10 +84,6 @@ class StepsBack {
 
  private:
   Vec3d go_through(const Vec3d& place, double t, unsigned parts, const Vec3d& by_velocity) {
-    if (grid_ != nullptr) {
-      grid_->add(place, t, by_velocity, sums_);
-      if (const std::optional<Vec3d> by_place = grid_->by_place(place, t, by_velocity)) return *by_place;
-    }
     tape_.truncate(variables_);
     Vec3<Taped> x;
     for (std::size_t axis = 0; axis < 3; ++axis) x[axis] = tape_.variable(place[axis]);
@@ -175,25 +100,18 @@ class StepsBack {
   NextTaped next_;
   std::vector<VaryingFields<Taped>> fields_;  // of the parts
   std::size_t variables_ = 0;
-  const GridCoefficients* grid_;
-  std::span<double> sums_;
 };
 
 // One segment forwards and backwards.
 class SegmentAdjoint {
  public:
-  // `by_coefficients`: the wanted numbers are those of the coefficients.
-  SegmentAdjoint(const Segment& segment, const WantedNumbers& wanted, bool by_coefficients,
-                 const TangentOptions& options)
+  SegmentAdjoint(const Segment& segment, const WantedNumbers& wanted, const TangentOptions& options)
       : segment_(segment), wanted_(wanted) {
     if (is_map(segment)) {
       map_.emplace(segment);
       return;
     }
     line_ = std::make_unique<const TangentLine>(segment, SegmentRates{}, options);
-    if (!by_coefficients || segment.grid.is_empty()) return;
-    grid_.emplace(*line_->parts().front());
-    none_.resize(SegmentNumbers(segment).of(segment)->size());
   }
 
   // Moves a point; returns whether the segment changes the gradient.
@@ -213,31 +131,25 @@ class SegmentAdjoint {
     passage.end = state[0];
     passage.columns = {state[1], state[2], state[3]};
     x = state[0];
-    return state != start || !passage.steps.empty() || wants_end(0) || wants_end(1) || wants_lattice() || grid_;
+    return state != start || !passage.steps.empty() || wants_end(0) || wants_end(1) || wants_lattice();
   }
 
   // Carries the gradient back, and adds its part with respect to the wanted numbers.
   void go_back(const Passage& passage, Vec3d& gradient, std::vector<double>& numbers, Tape& tape) const {
-    if (grid_ && passage.steps.empty()) {  // nothing flows there, and v is linear in the coefficients and in time
-      const double middle = 0.5 * (segment_.begin + segment_.end);
-      grid_->add(passage.begin, middle, gradient * (segment_.end - segment_.begin), coefficients_of(numbers));
-      return;
-    }
     if (wants_end(1)) numbers[1] += dot(gradient, velocity(passage, passage.end, segment_.end));
     if (passage.steps.empty()) {
       const auto& [x, y, z] = passage.columns;
       if (wants_lattice()) {
         const Mat3d jacobian{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
-        map_->lattice()->add_gradient(passage.begin, jacobian, gradient, coefficients_of(numbers));
+        map_->lattice()->add_gradient(passage.begin, jacobian, gradient, std::span(numbers).subspan(kEnds));
       }
       gradient = {dot(x, gradient), dot(y, gradient), dot(z, gradient)};
     } else {
-      StepsBack back(*line_, grid_ ? none_ : wanted_, segment_, tape, grid_ ? &*grid_ : nullptr,
-                     coefficients_of(numbers));
+      StepsBack back(*line_, wanted_, segment_, tape);
       for (auto step = passage.steps.rbegin(); step != passage.steps.rend(); ++step) {
         back.go(*step, passage.parts, gradient);
       }
-      if (!grid_) back.add_to(numbers);
+      back.add_to(numbers);
     }
     if (wants_end(0)) numbers[0] -= dot(gradient, velocity(passage, passage.begin, segment_.begin));
   }
@@ -245,10 +157,6 @@ class SegmentAdjoint {
  private:
   bool wants_end(std::size_t end) const { return !wanted_.empty() && wanted_[end]; }
   bool wants_lattice() const { return map_ && map_->lattice() != nullptr && wanted_.size() > kEnds; }
-
-  static std::span<double> coefficients_of(std::vector<double>& numbers) {
-    return std::span(numbers).subspan(std::min(kEnds, numbers.size()));
-  }
 
   Vec3d velocity(const Passage& passage, const Vec3d& x, double t) const {
     if (map_) return map_velocities(segment_, std::span(&x, 1), t).front();
@@ -259,8 +167,6 @@ class SegmentAdjoint {
   const WantedNumbers& wanted_;
   std::unique_ptr<const TangentLine> line_;  // null for a map in closed form
   std::optional<SegmentMap> map_;
-  std::optional<GridCoefficients> grid_;
-  WantedNumbers none_;  // of the numbers of a grid's segment that are not its coefficients
 };
 
 // Points are summed in tasks, and these in turn. A task carries its points in chunks of neighbours, whose blocks are
@@ -274,14 +180,100 @@ constexpr std::size_t kMaxPassages = std::size_t{1} << 20;  // that a chunk may 
 // With more variables than this a segment's gradient goes back through its steps.
 constexpr std::size_t kMaxVariablesForwards = 4 * kTangents;
 
+// A segment with a grid whose coefficients are wanted. The points go through it without derivatives, and come back with
+// their gradient.
+class GridGradient {
+ public:
+  GridGradient(const Segment& segment, const TangentOptions& options, const AdvectOptions& advect_options)
+      : advect_options_(advect_options),
+        there_(make_segment_mover(segment, advect_options)),
+        inverse_(inverse({{segment}}).segments.front()),
+        back_(inverse_, advect_options, {.jacobian_tolerance = options.relative_tolerance}),
+        cells_(segment.grid),
+        sets_(segment.grid.end_coefficients.empty() ? 1 : 2) {
+    const Vec3d beside = Vec3d{1, 1, 1} * (kSplineReach * segment.grid.spacing);
+    const auto [nx, ny, nz] = segment.grid.counts;
+    const Vec3d size = Vec3d{nx - 1.0, ny - 1.0, nz - 1.0} * segment.grid.spacing;
+    box_ = {segment.grid.origin - beside, segment.grid.origin + size + beside};
+  }
+
+  std::size_t sums() const { return 3 * sets_ * cells_.used().size(); }
+
+  // Returns whether a coefficient acts at x, also if it is 0.
+  bool reaches(const Vec3d& x) const {
+    return x.x > box_.min.x && x.x < box_.max.x && x.y > box_.min.y && x.y < box_.max.y && x.z > box_.min.z &&
+           x.z < box_.max.z;
+  }
+
+  // Moves at most kPointsOfChunk points.
+  void move(std::span<Vec3d> points) const {
+    static_assert(kPointsOfChunk <= kGroup);
+    std::vector<double> numbers(3 * kGroup);
+    std::array<std::uint64_t, kBlocksPerGroup> members{};
+    std::array<std::uint16_t, kBlocksPerGroup> blocks{};
+    std::array<double, kBlocksPerGroup> moved{};
+    std::vector<std::uint32_t> steps(kGroup);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) numbers[axis * kGroup + i] = points[i][axis];
+      members[i / kBlock] |= std::uint64_t{1} << i % kBlock;
+    }
+    LiveGroup group;
+    group.points = {numbers.data(), numbers.data() + kGroup, numbers.data() + 2 * kGroup};
+    group.members = members.data();
+    group.blocks = blocks.data();
+    for (std::size_t i = 0; i < points.size(); i += kBlock) {
+      blocks[static_cast<std::size_t>(group.block_count++)] = static_cast<std::uint16_t>(i / kBlock);
+    }
+    group.steps = steps.data();
+    group.moved = moved.data();
+    group.stop.asked = advect_options_.progress;
+    group.stop.ask = [](const void* progress, std::uint64_t /*evaluations*/) {
+      return progress != nullptr && static_cast<const Progress*>(progress)->cancel.load();
+    };
+    const bool is_complete = there_(group).complete;
+    stop_if_cancelled(advect_options_.progress);
+    if (!is_complete) refuse_path_line();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      points[i] = {numbers[i], numbers[kGroup + i], numbers[2 * kGroup + i]};
+    }
+  }
+
+  // Replaces the gradients at the ends of path lines by those at their beginnings.
+  void go_back(std::span<Vec3d> ends, std::span<Vec3d> gradients, std::vector<double>& sums) const {
+    back_.carry_back(ends, gradients, sums);
+  }
+
+  // Returns three numbers a coefficient.
+  std::vector<double> coefficients(const std::vector<double>& sums) const {
+    std::vector<double> result;
+    for (std::size_t set = 0; set < sets_; ++set) {
+      const std::size_t count = 3 * cells_.used().size();
+      const std::vector<double> own = cells_.from_planes(std::span(sums).subspan(set * count, count));
+      result.insert(result.end(), own.begin(), own.end());
+    }
+    return result;
+  }
+
+ private:
+  static constexpr double kSplineReach = 2;  // spacings beyond the nodes
+
+  const AdvectOptions& advect_options_;
+  SegmentMover there_;
+  Segment inverse_;
+  SegmentJacobians back_;
+  GridCells cells_;
+  std::size_t sets_;  // of coefficients
+  Box box_;
+};
+
 // The derivatives of the numbers of a segment with respect to its variables.
 using VariableRates = std::vector<std::span<const double>>;
 // Of each segment: of its variables, or of its numbers where the gradient goes back through steps.
 using Sums = std::vector<std::vector<double>>;
 
-// Returns that the coefficients of a segment are wanted, as its numbers after its ends; nothing if it has none.
-WantedNumbers wanted_coefficients(const Segment& segment) {
-  const std::size_t count = count_coefficients(segment);
+// Returns that the displacements of a lattice are wanted, its numbers after its ends; nothing of another segment.
+WantedNumbers wanted_displacements(const Segment& segment) {
+  const std::size_t count = segment.lattice.displacements.size();
   WantedNumbers wanted(count == 0 ? 0 : kEnds + 3 * count, true);
   std::fill_n(wanted.begin(), std::min(kEnds, wanted.size()), false);
   return wanted;
@@ -312,6 +304,7 @@ struct ChunkPassage {
   std::vector<Mat3d> jacobians;
   std::vector<Vec3d> tangents;    // as many as variables for each
   std::vector<Passage> by_steps;  // in their place
+  std::vector<Vec3d> ends;        // through a grid whose coefficients are wanted
 };
 
 // One segment for chunks of points.
@@ -321,12 +314,15 @@ class SegmentGradient {
   SegmentGradient(const Segment& segment, const VariableRates& rates, bool by_coefficients,
                   const TangentOptions& tangent_options, const AdvectOptions& options)
       : culling_(segment),
-        is_everywhere_(by_coefficients && !segment.grid.is_empty()),
         variables_(rates.size()),
-        wanted_(by_coefficients ? wanted_coefficients(segment) : wanted_numbers(rates)) {
+        wanted_(by_coefficients ? wanted_displacements(segment) : wanted_numbers(rates)) {
+    if (by_coefficients && !segment.grid.is_empty()) {
+      grid_ = std::make_unique<const GridGradient>(segment, tangent_options, options);
+      return;
+    }
     const bool by_limit_cylinders = !segment.parts.empty() && has_limit_cylinders(segment);
-    if (is_map(segment) || is_everywhere_ || by_limit_cylinders || variables_ > kMaxVariablesForwards) {
-      by_steps_ = std::make_unique<const SegmentAdjoint>(segment, wanted_, by_coefficients, tangent_options);
+    if (is_map(segment) || by_limit_cylinders || variables_ > kMaxVariablesForwards) {
+      by_steps_ = std::make_unique<const SegmentAdjoint>(segment, wanted_, tangent_options);
       return;
     }
     const WantedJacobian wanted{.jacobian_tolerance = tangent_options.relative_tolerance};
@@ -337,8 +333,18 @@ class SegmentGradient {
     }
   }
 
-  std::size_t sums() const { return by_steps_ != nullptr ? wanted_.size() : variables_; }
+  std::size_t sums() const {
+    if (grid_ != nullptr) return grid_->sums();
+    return by_steps_ != nullptr ? wanted_.size() : variables_;
+  }
   bool goes_by_steps() const { return by_steps_ != nullptr; }
+
+  // Returns the gradient with respect to the coefficients, three numbers for each.
+  std::vector<double> coefficients(std::vector<double> sums) const {
+    if (grid_ != nullptr) return grid_->coefficients(sums);
+    if (!sums.empty()) sums.erase(sums.begin(), sums.begin() + kEnds);
+    return sums;
+  }
 
   ChunkPassage move(Chunk& chunk) const {
     ChunkPassage passage;
@@ -348,18 +354,30 @@ class SegmentGradient {
       auto& [box, has_moved] = chunk.boxes[block];
       if (has_moved) box = bounding_box(std::span(chunk.points).subspan(begin, end - begin));
       has_moved = false;
-      if (!is_everywhere_ && culling_.misses({(box.min + box.max) * 0.5, norm(box.max - box.min) * (0.5 + 1e-12)}))
-        continue;
+      const Surround ball{(box.min + box.max) * 0.5, norm(box.max - box.min) * (0.5 + 1e-12)};
+      if (grid_ == nullptr && culling_.misses(ball)) continue;
       for (std::size_t i = begin; i < end; ++i) {
-        if (chunk.gradient[i] != Vec3d{}) passage.who.push_back(i);
+        if (chunk.gradient[i] == Vec3d{} || (grid_ != nullptr && !grid_->reaches(chunk.points[i]))) continue;
+        passage.who.push_back(i);
       }
     }
-    by_steps_ != nullptr ? move_by_steps(chunk, passage) : move_side_by_side(chunk, passage);
+    if (grid_ != nullptr) {
+      move_through_grid(chunk, passage);
+    } else {
+      by_steps_ != nullptr ? move_by_steps(chunk, passage) : move_side_by_side(chunk, passage);
+    }
     for (const std::size_t i : passage.who) chunk.boxes[i / kPointsOfCull].second = true;
     return passage;
   }
 
-  void go_back(const ChunkPassage& passage, Chunk& chunk, std::vector<double>& sums, Tape& tape) const {
+  void go_back(ChunkPassage& passage, Chunk& chunk, std::vector<double>& sums, Tape& tape) const {
+    if (grid_ != nullptr) {
+      std::vector<Vec3d> gradients;
+      for (const std::size_t i : passage.who) gradients.push_back(chunk.gradient[i]);
+      grid_->go_back(passage.ends, gradients, sums);
+      for (std::size_t k = 0; k < gradients.size(); ++k) chunk.gradient[passage.who[k]] = gradients[k];
+      return;
+    }
     for (std::size_t k = 0; k < passage.who.size(); ++k) {
       Vec3d& gradient = chunk.gradient[passage.who[k]];
       if (by_steps_ != nullptr) {
@@ -374,6 +392,12 @@ class SegmentGradient {
   }
 
  private:
+  void move_through_grid(Chunk& chunk, ChunkPassage& passage) const {
+    for (const std::size_t i : passage.who) passage.ends.push_back(chunk.points[i]);
+    grid_->move(passage.ends);
+    for (std::size_t k = 0; k < passage.who.size(); ++k) chunk.points[passage.who[k]] = passage.ends[k];
+  }
+
   void move_by_steps(Chunk& chunk, ChunkPassage& passage) const {
     std::vector<std::size_t> reached;
     for (const std::size_t i : passage.who) {
@@ -427,11 +451,11 @@ class SegmentGradient {
   static std::ptrdiff_t at(std::size_t i) { return static_cast<std::ptrdiff_t>(i); }
 
   Culling culling_;
-  bool is_everywhere_;  // coefficients that are 0 have a gradient, too
   std::size_t variables_;
   WantedNumbers wanted_;
   std::vector<std::unique_ptr<const SegmentJacobians>> maps_;  // one for every kTangents variables
   std::unique_ptr<const SegmentAdjoint> by_steps_;
+  std::unique_ptr<const GridGradient> grid_;  // of which coefficients that are 0 have a gradient, too
 };
 
 class FlowAdjoint {
@@ -440,6 +464,7 @@ class FlowAdjoint {
   FlowAdjoint(const Flow& flow, const std::vector<VariableRates>* rates, const TangentOptions& options)
       : options_(options) {
     advect_options_.tolerance = options.tolerance;
+    advect_options_.precision = Precision::float64;
     advect_options_.progress = options.progress;
     for (std::size_t i = 0; i < flow.segments.size(); ++i) {
       segments_.push_back(std::make_unique<const SegmentGradient>(flow.segments[i],
@@ -458,6 +483,9 @@ class FlowAdjoint {
   }
 
   bool goes_by_steps(std::size_t segment) const { return segments_[segment]->goes_by_steps(); }
+  std::vector<double> coefficients(std::size_t segment, std::vector<double> sums) const {
+    return segments_[segment]->coefficients(std::move(sums));
+  }
 
   // Returns the number of tasks: each has sums of its own.
   std::size_t most_tasks() const {
@@ -567,9 +595,10 @@ FlowGradient carry_back(const Flow& flow, const std::vector<VariableRates>& rate
 
 FlowGradient carry_back_to_coefficients(const Flow& flow, std::span<const Vec3d> points,
                                         std::span<const Vec3d> gradient, const TangentOptions& options) {
-  FlowGradient result = sums_of(FlowAdjoint(flow, nullptr, options), points, gradient, options.threads);
-  for (std::vector<double>& of_segment : result.variables) {
-    if (!of_segment.empty()) of_segment.erase(of_segment.begin(), of_segment.begin() + kEnds);
+  const FlowAdjoint adjoint(flow, nullptr, options);
+  FlowGradient result = sums_of(adjoint, points, gradient, options.threads);
+  for (std::size_t i = 0; i < result.variables.size(); ++i) {
+    result.variables[i] = adjoint.coefficients(i, std::move(result.variables[i]));
   }
   return result;
 }

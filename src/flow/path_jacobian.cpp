@@ -217,6 +217,11 @@ std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const Advect
 
 namespace detail {
 
+void refuse_path_line() {
+  throw InvalidInput(
+      "a path line needs over a million steps, or runs to infinity; give points that the strokes do not take far away");
+}
+
 SegmentJacobians::SegmentJacobians(const Segment& segment, const AdvectOptions& options, WantedJacobian wanted,
                                    const SegmentRates& rates)
     : SegmentJacobians(segment, mask_on(segment), options, wanted) {
@@ -334,9 +339,21 @@ void SegmentJacobians::move_with(const JacobianKernels<n>& kernels, std::span<co
   task.jacobians = jacobians.data();
   task.tangents = tangents.data();
   task.tangents_of_point = variables_;
-  if (kernels.move(task)) return;
-  throw InvalidInput(
-      "a path line needs over a million steps, or runs to infinity; give points that the strokes do not take far away");
+  if (!kernels.move(task)) refuse_path_line();
+}
+
+void SegmentJacobians::carry_back(std::span<Vec3d> points, std::span<Vec3d> gradients, std::span<double> planes) const {
+  std::vector<JacobianStart> starts;
+  for (std::size_t i = 0; i < points.size(); ++i) starts.push_back({i, segment_.begin});
+  const Vec3d& center = nodes_->cells.center();
+  JacobianTask<0> task = task_of_kernel<0>();
+  task.starts = starts.data();
+  task.count = starts.size();
+  task.points = points.data();
+  task.gradients = gradients.data();
+  task.sums = {nodes_->view, mask_.acts ? view_of<double>(segment_.mask, center) : MaskView<double>{}, center,
+               planes.data(), std::ssize(nodes_->cells.used())};
+  if (!kernels_.jacobians.carry_back(task)) refuse_path_line();
 }
 
 bool SegmentJacobians::is_outside_limit_cylinder(const Vec3d& x) const {

@@ -31,6 +31,9 @@ std::vector<Mat3d> move_with_jacobians(const Flow& flow, std::span<Vec3d> points
 
 namespace knead::detail {
 
+// Throws InvalidInput: a path line needs over kStepLimit steps.
+[[noreturn]] void refuse_path_line();
+
 // The requested result. The determinant of a motion in closed form is 1.
 struct WantedJacobian {
   bool is_determinant = false;
@@ -66,6 +69,11 @@ class SegmentJacobians {
   // kStepLimit steps.
   void move(std::span<const JacobianStart> starts, std::span<Vec3d> points, std::span<Mat3d> jacobians,
             std::span<Vec3d> tangents = {}) const;
+
+  // Takes points of a segment with a grid, all from its beginning to its end, with the gradients of functions of them,
+  // and adds the integral of -g dv/dcoefficient to three planes of numbers in the order of GridView, or to six if the
+  // coefficients change: the segment is the inverse of the one whose gradients are wanted. Throws as move().
+  void carry_back(std::span<Vec3d> points, std::span<Vec3d> gradients, std::span<double> planes) const;
 
   // Returns the number of variables whose rates were given.
   std::size_t variables() const { return variables_; }

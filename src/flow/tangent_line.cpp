@@ -6,8 +6,8 @@
 #include <utility>
 #include <variant>
 
+#include "flow/path_jacobian.h"
 #include "flow/step_rule.h"
-#include "knead/error.h"
 
 namespace knead::detail {
 namespace {
@@ -126,11 +126,7 @@ void TangentLine::integrate(TangentState& state, double t, double end, unsigned 
   find_kinks(state[0], t, chosen, here);
   double h = 1e-3;
   for (int tries = 0; direction * (end - t) > 0; ++tries) {
-    if (tries == kStepLimit || !std::isfinite(norm2(k[0][0]))) {
-      throw InvalidInput(
-          "a path line needs over a million steps, or runs to infinity; give points that the strokes do not take far "
-          "away");
-    }
+    if (tries == kStepLimit || !std::isfinite(norm2(k[0][0]))) refuse_path_line();
     if (tries % kStepsPerCancelCheck == 0) stop_if_cancelled(options_.progress);
     const double longest = std::min(longest_step(state, k[0]), direction * (end - t));
     h = std::clamp(h, std::min(kMinTangentStep, longest), longest);

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstddef>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "knead/derivatives.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
 #include "knead/session.h"
+#include "support/outcome.h"
 
 namespace knead::coefficients_test {
 
@@ -143,9 +145,59 @@ TEST(Coefficients, DerivativesBackwardsAreThoseForwards) {
     }
   }
   EXPECT_GT(zeros, 2);
-  DerivativeOptions one = options;
-  one.threads = 1;
-  EXPECT_EQ(coefficient_vjp(flow, points(), gradient, one).coefficients, back.coefficients);
+}
+
+TEST(Coefficients, GradientsHaveTheSameBitsForEveryThreadAndInstruction) {
+  std::mt19937 random(50);
+  const Flow flow = flow_with_coefficients(random);
+  std::vector<Vec3d> many;
+  for (int i = 0; i < 3000; ++i) many.push_back(random_vector(random, 0.7));
+  const std::vector<Vec3d> gradient = random_vectors(random, many.size());
+  DerivativeOptions options{.relative_tolerance = 1e-6, .threads = 1};
+  const CoefficientGradient one = coefficient_vjp(flow, many, gradient, options);
+  options.threads = 3;
+  for (const std::string& name : test::simd_names()) {
+    const test::Simd chosen(name);
+    const CoefficientGradient other = coefficient_vjp(flow, many, gradient, options);
+    EXPECT_EQ(other.coefficients, one.coefficients) << name;
+    EXPECT_EQ(other.points, one.points) << name;
+  }
+}
+
+// Paths of about two spacings through a grid of noise.
+TEST(Coefficients, GradientsOfGridsAreAsAccurateAsAsked) {
+  std::mt19937 random(51);
+  Flow flow;
+  PotentialGrid& grid = flow.segments.emplace_back().grid;
+  grid.origin = {-1, -1, -1};
+  grid.spacing = 0.2;
+  grid.counts = {11, 11, 11};
+  std::vector<Vec3d> noise(11 * 11 * 11);
+  for (Vec3d& v : noise) v = random_vector(random, 0.05);
+  grid.coefficients = SharedVectors(noise);
+  std::vector<Vec3d> many;
+  for (int i = 0; i < 400; ++i) many.push_back(random_vector(random, 0.8));
+  const std::vector<Vec3d> gradient = random_vectors(random, many.size());
+  const auto gradient_at = [&](double tolerance) {
+    return coefficient_vjp(flow, many, gradient, {.relative_tolerance = tolerance, .diagonal = 2.0});
+  };
+  std::vector<Vec3d> moved = many;
+  ASSERT_EQ(advect(flow, moved, {.tolerance = 1e-9, .precision = Precision::float64}).status, AdvectStatus::done);
+  double path = 0;
+  for (std::size_t i = 0; i < many.size(); ++i) path += norm(moved[i] - many[i]) / static_cast<double>(many.size());
+  EXPECT_GT(path, 1.5 * grid.spacing);
+  const CoefficientGradient exact = gradient_at(1e-12);
+  for (const double tolerance : {1e-9, 1e-7, 1e-5, 1e-4}) {
+    const CoefficientGradient found = gradient_at(tolerance);
+    double error = 0;
+    double size = 0;
+    for (std::size_t n = 0; n < noise.size(); ++n) {
+      error += norm2(found.coefficients[0][n] - exact.coefficients[0][n]);
+      size += norm2(exact.coefficients[0][n]);
+    }
+    std::printf("RATIO %g: %g of the tolerance\n", tolerance, std::sqrt(error / size) / tolerance);
+    EXPECT_LE(std::sqrt(error), 10 * tolerance * std::sqrt(size)) << tolerance;
+  }
 }
 
 // A grid of zeros moves nothing, and its derivatives are those of v: curl of one spline.

@@ -375,6 +375,16 @@ struct JacobianStart {
   double t = 0;
 };
 
+// The sums of gradients with respect to a grid's coefficients: three planes in the order of GridView; if the
+// coefficients change, three more of those at t = 1.
+struct CoefficientSums {
+  GridView<double> grid;
+  MaskView<double> mask;
+  Vec3d center;  // that positions in both are relative to
+  double* planes = nullptr;
+  std::ptrdiff_t plane = 0;
+};
+
 // The path lines of `starts` with their Jacobians, over the rest of the segment.
 template <std::size_t variables>
 struct JacobianTask {
@@ -388,7 +398,9 @@ struct JacobianTask {
   std::size_t count = 0;
   Vec3d* points = nullptr;
   Mat3d* jacobians = nullptr;
-  Vec3d* tangents = nullptr;  // tangents_of_point for each point, of which at most `variables` are used
+  Vec3d* gradients = nullptr;  // in the place of Jacobians: of a function of each point
+  CoefficientSums sums;        // to which the gradient of its functions is added
+  Vec3d* tangents = nullptr;   // tangents_of_point for each point, of which at most `variables` are used
   std::size_t tangents_of_point = 0;
   double jacobian_tolerance = 0;             // of the error of a Jacobian; 0: the error of the point alone counts
   double tangent_rounding[variables + 1]{};  // of each variable: the error of its tangent that does not count
@@ -436,6 +448,9 @@ struct JacobianKernels {
   FindGradients<variables> fields[kMotionKinds][kRegionKinds]{};
   FindGradients<variables> grid = nullptr;                      // of a GridKernelField in double; without variables
   bool (*move)(const JacobianTask<variables>& task) = nullptr;  // returns false if a path line needs too many steps
+  // The same with gradients, dg/dt = -g grad v; without variables. The integral of g dv/dcoefficient is taken from the
+  // sums: the segment leads from the end, where the gradients are given, to the beginning.
+  bool (*carry_back)(const JacobianTask<variables>& task) = nullptr;
 };
 
 // The kernels of one instruction set.

@@ -134,7 +134,8 @@ void find_rated_gradients(const void* data, const JacobianBundle<n>& places, con
   }
 }
 
-template <class P, std::size_t n>
+// `backwards`: with gradients in the place of Jacobians.
+template <class P, std::size_t n, bool backwards = false>
 class JacobianMover {
  public:
   explicit JacobianMover(const JacobianTask<n>& task)
@@ -158,8 +159,8 @@ class JacobianMover {
 
  private:
   using Bundle = JacobianBundle<n>;
-  static constexpr std::size_t kNumbers = kJacobianNumbers<n>;
-  static constexpr std::size_t kFirstTangent = 12;
+  static constexpr std::size_t kNumbers = backwards ? 6 : kJacobianNumbers<n>;
+  static constexpr std::size_t kFirstTangent = backwards ? 3 : 12;  // or the gradient
 
   // Writes finished lanes back, and refills them with path lines that have not begun.
   void settle() {
@@ -179,15 +180,16 @@ class JacobianMover {
   void start(std::size_t lane) {
     const JacobianStart& from = task_.starts[next_++];
     point_[lane] = from.point;
-    const Vec3d& x = task_.points[from.point];
-    const Mat3d& jacobian = task_.jacobians[from.point];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      state_.of[axis][lane] = x[axis];
-      state_.of[3 + axis][lane] = jacobian.row0[axis];
-      state_.of[6 + axis][lane] = jacobian.row1[axis];
-      state_.of[9 + axis][lane] = jacobian.row2[axis];
+    put(task_.points[from.point], 0, lane);
+    if constexpr (backwards) {
+      put(task_.gradients[from.point], 3, lane);
+    } else {
+      const Mat3d& jacobian = task_.jacobians[from.point];
+      put(jacobian.row0, 3, lane);
+      put(jacobian.row1, 6, lane);
+      put(jacobian.row2, 9, lane);
+      for (std::size_t k = kFirstTangent; k < kNumbers; ++k) state_.of[k][lane] = 0;
     }
-    for (std::size_t k = kFirstTangent; k < kNumbers; ++k) state_.of[k][lane] = 0;
     t_[lane] = from.t;
     const double rest = segment_.end - from.t;
     trial_[lane] = rest < 0 ? -rest : rest;
@@ -197,26 +199,31 @@ class JacobianMover {
   }
 
   void write_back(std::size_t lane) const {
-    Vec3d& x = task_.points[point_[lane]];
+    take(task_.points[point_[lane]], 0, lane);
+    if constexpr (backwards) return take(task_.gradients[point_[lane]], 3, lane);
     Mat3d& jacobian = task_.jacobians[point_[lane]];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      x[axis] = state_.of[axis][lane];
-      jacobian.row0[axis] = state_.of[3 + axis][lane];
-      jacobian.row1[axis] = state_.of[6 + axis][lane];
-      jacobian.row2[axis] = state_.of[9 + axis][lane];
-    }
+    take(jacobian.row0, 3, lane);
+    take(jacobian.row1, 6, lane);
+    take(jacobian.row2, 9, lane);
     for (std::size_t k = 0; k < n && k < task_.tangents_of_point; ++k) {
-      Vec3d& tangent = task_.tangents[point_[lane] * task_.tangents_of_point + k];
-      for (std::size_t axis = 0; axis < 3; ++axis) tangent[axis] = state_.of[kFirstTangent + 3 * k + axis][lane];
+      take(task_.tangents[point_[lane] * task_.tangents_of_point + k], kFirstTangent + 3 * k, lane);
     }
   }
 
-  // Returns whether the path line continues after a step. A resting point waits until the tool meets it again.
+  void put(const Vec3d& v, std::size_t first, std::size_t lane) {
+    for (std::size_t axis = 0; axis < 3; ++axis) state_.of[first + axis][lane] = v[axis];
+  }
+  void take(Vec3d& v, std::size_t first, std::size_t lane) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) v[axis] = state_.of[first + axis][lane];
+  }
+
+  // Returns whether the path line continues after a step. A resting point waits until the tool meets it again;
+  // backwards it goes on, because its velocity may depend on coefficients.
   bool goes_on(std::size_t lane) {
     const double rest = segment_.end - t_[lane];
     if (!(segment_.end >= segment_.begin ? rest > 0 : rest < 0)) return false;
     if (++steps_[lane] == kStepLimit) is_incomplete_ = true;
-    if (k_[0].of[0][lane] != 0 || k_[0].of[1][lane] != 0 || k_[0].of[2][lane] != 0) return true;
+    if (backwards || k_[0].of[0][lane] != 0 || k_[0].of[1][lane] != 0 || k_[0].of[2][lane] != 0) return true;
     const void* cell = nullptr;
     const Vec3d x{state_.of[0][lane], state_.of[1][lane], state_.of[2][lane]};
     const double contact = segment_.next_contact(segment_.contact_data, x, t_[lane], cell);
@@ -246,20 +253,33 @@ class JacobianMover {
     return sum;
   }
 
-  // Finds the rates of x and J in a stage.
+  // Writes the state in a stage to places_.
+  KNEAD_INLINE void place(const Stage<double>& stage, std::size_t i) {
+    const P h = P::load(h_ + i);
+    for (std::size_t k = 0; k < kNumbers; ++k) {
+      const P from = P::load(state_.of[k] + i);
+      (stage.count == 0 ? from : mul_add(combine(stage, k, i), h, from)).store(places_.of[k] + i);
+    }
+  }
+
+  // Finds the rates of x and J, or of x and its gradient, in a stage.
   void evaluate(const Stage<double>& stage, std::uint32_t lanes, Bundle& rates) {
     for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
       const P h = P::load(h_ + i);
-      for (std::size_t k = 0; k < kNumbers; ++k) {
-        const P from = P::load(state_.of[k] + i);
-        (stage.count == 0 ? from : mul_add(combine(stage, k, i), h, from)).store(places_.of[k] + i);
-      }
+      place(stage, i);
       const P t = P::load(t_ + i);
       (stage.count == 0 ? t : mul_add(h, P(stage.c), t)).store(times_ + i);
     }
     task_.find_gradients(task_.field, places_, times_, lanes, slopes_);
     for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
       store_three(load_three<P>(slopes_, 0, i), rates, 0, i);
+      if constexpr (backwards) {
+        const Vec3<P> g = load_three<P>(places_, 3, i);
+        const Vec3<P> by_z = load_three<P>(slopes_, 9, i) * g.z;
+        store_three(-mul_add(load_three<P>(slopes_, 3, i), g.x, mul_add(load_three<P>(slopes_, 6, i), g.y, by_z)),
+                    rates, 3, i);
+        continue;
+      }
       const Vec3<P> rows[3] = {load_three<P>(places_, 3, i), load_three<P>(places_, 6, i),
                                load_three<P>(places_, 9, i)};
       for (std::size_t row = 0; row < 3; ++row) {
@@ -296,13 +316,15 @@ class JacobianMover {
   KNEAD_INLINE P error_of_step(std::size_t i) const {
     constexpr double kRounding = kRoundingOfSlope * std::numeric_limits<double>::epsilon();
     const double by_point = 1 / segment_.tolerance;
-    const P rate2 = squared(method_.slope, 3, 9, i, kRounding);
+    const P rate2 = backwards ? P(0.0) : squared(method_.slope, 3, 9, i, kRounding);
     const P noise2 = mul_add(rate2, norm2(load_three<P>(state_, 0, i)), squared(method_.slope, 0, 3, i, kRounding));
     P most = squared(method_.error, 0, 3, i, by_point) / maximum(noise2 * P(by_point * by_point), P(1));
     if (!(task_.jacobian_tolerance > 0)) return most;
     const double by_jacobian = 1 / task_.jacobian_tolerance;
-    most = maximum(most,
-                   squared(method_.error, 3, 9, i, by_jacobian) / maximum(rate2 * P(by_jacobian * by_jacobian), P(1)));
+    if constexpr (!backwards) {
+      most = maximum(
+          most, squared(method_.error, 3, 9, i, by_jacobian) / maximum(rate2 * P(by_jacobian * by_jacobian), P(1)));
+    }
     for (std::size_t k = kFirstTangent; k < kNumbers; k += 3) {
       const double rounding = task_.tangent_rounding[(k - kFirstTangent) / 3] * by_jacobian;
       P size2(rounding * rounding + std::numeric_limits<double>::min());
@@ -347,6 +369,44 @@ class JacobianMover {
     }
   }
 
+  // Adds the accepted steps' parts of the gradient with respect to the coefficients, lane after lane: the order does
+  // not depend on the size of a pack.
+  void add_to_sums(std::uint32_t accepted, std::size_t i) {
+    if (accepted == 0) return;
+    alignas(64) double states[Tableau::kMaxStages][kNumbers][P::kSize];
+    const int count = method_.slope.count;
+    for (int j = 0; j < count; ++j) {
+      place(method_.stages[method_.slope.slopes[j]], i);
+      for (std::size_t k = 0; k < kNumbers; ++k) P::load(places_.of[k] + i).store(states[j][k]);
+    }
+    for (std::size_t lane = 0; lane < P::kSize; ++lane) {
+      if ((accepted >> lane & 1) == 0) continue;
+      for (int j = 0; j < count; ++j) {
+        const auto& at = states[j];
+        const Vec3d x{at[0][lane], at[1][lane], at[2][lane]};
+        const Vec3d gradient{at[3][lane], at[4][lane], at[5][lane]};
+        const double h = h_[i + lane];
+        const double t = t_[i + lane] + method_.stages[method_.slope.slopes[j]].c * h;
+        add_to_sums(x, gradient * (-method_.slope.weights[j] * h), t);
+      }
+    }
+  }
+
+  // The same of v at one place, whose gradient is `by_velocity`.
+  KNEAD_INLINE void add_to_sums(const Vec3d& x, const Vec3d& by_velocity, double t) const {
+    const CoefficientSums& sums = task_.sums;
+    const Vec3d y = x - sums.center;
+    MaskValue<double> mask{1, {0, 0, 0}};
+    if (!sums.mask.is_empty()) mask = evaluate_mask(sums.mask, y);
+    const Vec3d by_curl = by_velocity * (mask.value * sums.grid.per_spacing / 216);
+    const Vec3d by_value = cross(by_velocity, mask.gradient) * (1.0 / 216);
+    if (sums.grid.end_numbers == nullptr) {
+      return add_by_coefficients(sums.grid, y, by_curl, by_value, sums.planes, sums.plane);
+    }
+    add_by_coefficients(sums.grid, y, by_curl * (1 - t), by_value * (1 - t), sums.planes, sums.plane);
+    add_by_coefficients(sums.grid, y, by_curl * t, by_value * t, sums.planes + 3 * sums.plane, sums.plane);
+  }
+
   // Accepts the step where its error is small enough.
   KNEAD_INLINE void finish_step(std::size_t i) {
     const P signed_h = P::load(h_ + i);
@@ -366,6 +426,7 @@ class JacobianMover {
       trial = select(part >= P(1), trial, maximum(h * part * P(kPartBeforeKink), P(kMaxStepOverKink)));
     }
     const auto arrived = accept & (h >= remaining);
+    if constexpr (backwards) add_to_sums(bits(accept), i);
     for (std::size_t k = 0; k < kNumbers; ++k) {
       const P from = P::load(state_.of[k] + i);
       select(accept, mul_add(combine(method_.slope, k, i), signed_h, from), from).store(state_.of[k] + i);
@@ -405,6 +466,11 @@ bool move_with_jacobians(const JacobianTask<n>& task) {
   return JacobianMover<P, n>(task).run();
 }
 
+template <class P>
+bool carry_gradients_back(const JacobianTask<0>& task) {
+  return JacobianMover<P, 0, true>(task).run();
+}
+
 template <class P, template <class> class M>
 void add_gradients(JacobianKernels<0>& kernels, MotionKind kind) {
   kernels.fields[kind][kBall] = &find_gradients<P, KernelField<double, M, Ball>>;
@@ -427,7 +493,10 @@ JacobianKernels<n> jacobian_kernels_of() {
   add_gradients<P, Rotation>(kernels, kRotation);
   add_gradients<P, Twist>(kernels, kTwist);
   add_gradients<P, Strain>(kernels, kStrain);
-  if constexpr (n == 0) kernels.grid = &find_grid_gradients<P>;
+  if constexpr (n == 0) {
+    kernels.grid = &find_grid_gradients<P>;
+    kernels.carry_back = &carry_gradients_back<P>;
+  }
   kernels.move = &move_with_jacobians<P, n>;
   return kernels;
 }
