@@ -70,6 +70,8 @@ class Session(collections.abc.MutableSequence):
             strokes = [strokes]
         if isinstance(strokes, (str, bytes, os.PathLike)):
             raise TypeError(f"{strokes!r} is the path of a session; read it by knead.Session.read")
+        if not hasattr(strokes, "__iter__"):
+            raise TypeError(f"a session is made of strokes, got {type(strokes).__name__}; a Flow moves points by flow(points)")
         named = isinstance(strokes, Session) and parameters is None
         self._parameters = strokes._parameters if named else _native_parameters(parameters)
         if walls is None:

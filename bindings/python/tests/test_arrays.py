@@ -214,6 +214,8 @@ def test_paths_are_no_shapes_and_no_sessions(sphere, pull, tmp_path):
         knead.deform(sphere.vertices, tmp_path / "s.knead")
     with pytest.raises(TypeError, match="knead.Session.read"):
         knead.Session("s.knead")
+    with pytest.raises(TypeError, match=r"got Flow; a Flow moves points by flow\(points\)"):
+        knead.deform(sphere.vertices, knead.Flow(pull))
 
 
 def test_scenes_and_images(sphere, pull):
