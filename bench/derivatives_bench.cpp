@@ -1,5 +1,6 @@
-// Gradients with respect to the parameters of a session: a pull at a random place for each parameter, over random
-// points in a box. Times on one thread, in seconds and relative to the deformation: medians of several runs.
+// Gradients with respect to the parameters of a session, a pull at a random place for each, and to the coefficients of
+// a grid of 22^3 nodes with noise, over random points in a box. Times on one thread, in seconds and relative to the
+// deformation in single precision: medians of several runs.
 //   derivatives_bench [POINTS [TOLERANCE]]   by default 2,000, and the deformation's 1e-5
 #include <fmt/format.h>
 
@@ -67,22 +68,50 @@ double seconds_of(const Work& work) {
   return seconds[seconds.size() / 2];
 }
 
+std::vector<Vec3d> places(std::size_t count, Random& random) {
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < count; ++i) result.push_back(random.place());
+  return result;
+}
+
+std::vector<Vec3d> deformed(const Flow& flow, std::vector<Vec3d> points) {
+  AdvectOptions options;
+  options.tolerance = absolute_tolerance(kDeformTolerance, reference_length(points));
+  options.threads = 1;
+  advect(flow, points, options);
+  return points;
+}
+
+// `size`: of the coefficients, in units of the squared spacing.
+void measure_grid(double size, std::size_t count, double tolerance) {
+  Random random;
+  PotentialGrid grid;
+  grid.spacing = 0.1;
+  grid.origin = {-1.05, -1.05, -1.05};
+  grid.counts = {22, 22, 22};
+  std::vector<Vec3d> noise = places(22 * 22 * 22, random);
+  for (Vec3d& a : noise) a = a * (size * grid.spacing * grid.spacing);
+  grid.coefficients = SharedVectors(std::move(noise));
+  Flow flow;
+  flow.segments.emplace_back().grid = grid;
+  const std::vector<Vec3d> points = places(count, random);
+  const std::vector<Vec3d> gradient = places(count, random);
+  const std::vector<Vec3d> moved = deformed(flow, points);
+  double path = 0;
+  for (std::size_t i = 0; i < count; ++i) path += norm(moved[i] - points[i]) / static_cast<double>(count);
+  const double deform = seconds_of([&] { deformed(flow, points); });
+  const DerivativeOptions options{.relative_tolerance = tolerance, .threads = 1};
+  const double vjp = seconds_of([&] { coefficient_vjp(flow, points, gradient, options); });
+  fmt::print("grid, paths of {:.1f} spacings: deform {:.4f} s, vjp {:.3f} s ({:.1f})\n", path / grid.spacing, deform,
+             vjp, vjp / deform);
+}
+
 void measure(std::size_t parameters, std::size_t count, double tolerance) {
   Random random;
   const Session session = make_session(parameters, random);
-  std::vector<Vec3d> points;
-  std::vector<Vec3d> gradient;
-  for (std::size_t i = 0; i < count; ++i) {
-    points.push_back(random.place());
-    gradient.push_back(random.place());
-  }
-  const double deform = seconds_of([&] {
-    std::vector<Vec3d> moved = points;
-    AdvectOptions options;
-    options.tolerance = absolute_tolerance(kDeformTolerance, reference_length(points));
-    options.threads = 1;
-    advect(flow_of(session), moved, options);
-  });
+  const std::vector<Vec3d> points = places(count, random);
+  const std::vector<Vec3d> gradient = places(count, random);
+  const double deform = seconds_of([&] { deformed(flow_of(session), points); });
   std::optional<SessionDerivatives> derivatives;
   const double prepare = seconds_of([&] { derivatives.emplace(session, SessionPart{}, 1); });
   const DerivativeOptions options{.relative_tolerance = tolerance, .threads = 1};
@@ -99,4 +128,5 @@ int main(int argc, char** argv) {
   const auto count = static_cast<std::size_t>(argc > 1 ? std::atoi(argv[1]) : 2000);
   const double tolerance = argc > 2 ? std::atof(argv[2]) : kDeformTolerance;
   for (const std::size_t parameters : {1U, 64U, 256U}) measure(parameters, count, tolerance);
+  for (const double size : {0.3, 1.0, 3.0}) measure_grid(size, count, tolerance);
 }

@@ -349,13 +349,12 @@ inline GridSlope<double> slope_at(const GridView<double>& grid, const Vec3d& y, 
   return grid.used[node] == 0 ? GridSlope<double>{} : slope_in_cell(grid, node, place.within, t);
 }
 
-// Adds the gradient of by_curl . (the curl of A) + by_value . A at y with respect to the coefficients to three planes
-// of numbers, each of the length `plane`: x of all nodes, y and z. A is 216 times the sum of the splines, the unit of
-// its curl is 1 / spacing.
-[[gnu::always_inline]] inline void add_by_coefficients(const GridView<double>& grid, const Vec3d& y,
+// Adds the gradient of by_curl . (the curl of A) + by_value . A at a place with respect to the coefficients to three
+// planes of numbers, each of the length `plane`: x of all nodes, y and z. A is 216 times the sum of the splines, the
+// unit of its curl is 1 / spacing.
+[[gnu::always_inline]] inline void add_by_coefficients(const GridView<double>& grid, const GridPlace<double>& place,
                                                        const Vec3d& by_curl, const Vec3d& by_value, double* planes,
                                                        std::ptrdiff_t plane) {
-  const GridPlace<double> place = place_in(grid, y);
   const GridWeights<double> weights = weights_at(place.within);
   const auto& [wx, wy, wz] = weights.along;
   double* const first = planes + node_at(grid, place);

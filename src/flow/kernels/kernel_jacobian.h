@@ -39,16 +39,17 @@ void find_gradients(const void* data, const JacobianBundle<0>& places, const dou
   }
 }
 
-template <class P>
-void find_grid_gradients(const void* data, const JacobianBundle<0>& places, const double* times, std::uint32_t asked,
-                         JacobianBundle<0>& slopes) {
-  const auto& field = *static_cast<const GridKernelField<double>*>(data);
+// place_of(y, i): the cells of a pack's places, and the positions in them.
+template <class P, class PlaceOf>
+KNEAD_INLINE void find_grid_gradients(const GridKernelField<double>& field, const JacobianBundle<0>& places,
+                                      const double* times, std::uint32_t asked, JacobianBundle<0>& slopes,
+                                      const PlaceOf& place_of) {
   const GridView<double>& grid = field.grid;
   for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
     const std::uint32_t lanes = asked >> i & lanes_in_use<P>(i, kJacobianLanes);
     if (lanes == 0) continue;
     const P t = P::load(times + i);
-    const GridPlace<P> place = place_in(grid, load_three<P>(places, 0, i) - Vec3<P>(field.center));
+    const GridPlace<P> place = place_of(load_three<P>(places, 0, i) - Vec3<P>(field.center), i);
     GridSlope<P> slope;
     for_each_cell(grid, place.cell, lanes, [&](std::ptrdiff_t node, const auto& here) {
       const GridSlope<P> sum = slope_in_cell(grid, node, place.within, t);
@@ -58,6 +59,14 @@ void find_grid_gradients(const void* data, const JacobianBundle<0>& places, cons
     store_three(slope.velocity, slopes, 0, i);
     for (std::size_t row = 0; row < 3; ++row) store_three(slope.rows[row], slopes, 3 + 3 * row, i);
   }
+}
+
+template <class P>
+void find_grid_gradients(const void* data, const JacobianBundle<0>& places, const double* times, std::uint32_t asked,
+                         JacobianBundle<0>& slopes) {
+  const auto& field = *static_cast<const GridKernelField<double>*>(data);
+  find_grid_gradients<P>(field, places, times, asked, slopes,
+                         [&](const Vec3<P>& y, std::size_t /*i*/) { return place_in(field.grid, y); });
 }
 
 // The derivatives of a number with respect to the place, and to n variables.
@@ -134,13 +143,21 @@ void find_rated_gradients(const void* data, const JacobianBundle<n>& places, con
   }
 }
 
-// `backwards`: with gradients in the place of Jacobians.
+// `backwards`: with gradients in the place of Jacobians. A step of a path line through a grid without a mask then lies
+// in one cell: v is a polynomial there, also a little beyond, and no error of a step comes from the jumps of its second
+// derivatives.
 template <class P, std::size_t n, bool backwards = false>
 class JacobianMover {
  public:
   explicit JacobianMover(const JacobianTask<n>& task)
-      : task_(task), segment_(*task.segment), method_(*segment_.method) {
+      : task_(task), segment_(*task.segment), method_(*segment_.method), reach_(segment_.reach) {
     fill(t_, segment_.end, kJacobianLanes);
+    fill(most_, kNoLimit, kJacobianLanes);
+    if constexpr (!backwards) return;
+    by_cells_ = task.sums.mask.is_empty();
+    if (by_cells_) reach_ = task.sums.grid.spacing;
+    // The error of a step beyond its cell is of second order in the part of the cell.
+    beyond_ = minimum(maximum(0.1 * std::sqrt(task.jacobian_tolerance), 1e-6), 0.05);
   }
 
   // Returns false if a path line needs too many steps.
@@ -149,6 +166,7 @@ class JacobianMover {
       settle();
       if (busy_ == 0 || is_incomplete_ || task_.stop.is_stopped(0)) return !is_incomplete_;
       begin(unknown_);
+      for (std::size_t i = 0; by_cells_ && i < kJacobianLanes; i += P::kSize) choose_cell(i);
       for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) choose_step(i);
       for (int k = 1; k < method_.stage_count; ++k) evaluate(method_.stages[k], busy_, k_[k]);
       accepted_ = 0;
@@ -181,7 +199,10 @@ class JacobianMover {
     const JacobianStart& from = task_.starts[next_++];
     point_[lane] = from.point;
     put(task_.points[from.point], 0, lane);
+    most_[lane] = kNoLimit;
     if constexpr (backwards) {
+      const Vec3d cell = place_in(task_.sums.grid, task_.points[from.point] - task_.sums.center).cell;
+      for (std::size_t axis = 0; axis < 3; ++axis) cell_[axis][lane] = cell[axis];
       put(task_.gradients[from.point], 3, lane);
     } else {
       const Mat3d& jacobian = task_.jacobians[from.point];
@@ -270,7 +291,7 @@ class JacobianMover {
       const P t = P::load(t_ + i);
       (stage.count == 0 ? t : mul_add(h, P(stage.c), t)).store(times_ + i);
     }
-    task_.find_gradients(task_.field, places_, times_, lanes, slopes_);
+    find_gradients(lanes);
     for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
       store_three(load_three<P>(slopes_, 0, i), rates, 0, i);
       if constexpr (backwards) {
@@ -293,6 +314,65 @@ class JacobianMover {
     }
   }
 
+  void find_gradients(std::uint32_t lanes) {
+    if constexpr (backwards) {
+      if (by_cells_) {
+        return find_grid_gradients<P>(*static_cast<const GridKernelField<double>*>(task_.field), places_, times_, lanes,
+                                      slopes_, [&](const Vec3<P>& y, std::size_t i) { return in_cell(y, i); });
+      }
+    }
+    task_.find_gradients(task_.field, places_, times_, lanes, slopes_);
+  }
+
+  KNEAD_INLINE GridPlace<P> in_cell(const Vec3<P>& y, std::size_t i) const {
+    GridPlace<P> place;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      place.cell[axis] = P::load(cell_[axis] + i);
+      place.within[axis] = mul_sub(y[axis], P(task_.sums.grid.per_spacing), place.cell[axis]);
+    }
+    return place;
+  }
+
+  // Goes on to the next cell where a path line has come to the end of one, and finds the time to the end of the new one
+  // at the present velocity.
+  KNEAD_INLINE void choose_cell(std::size_t i) {
+    const GridView<double>& grid = task_.sums.grid;
+    const Vec3<P> within = in_cell(load_three<P>(state_, 0, i) - Vec3<P>(task_.sums.center), i).within;
+    const double direction = segment_.end >= segment_.begin ? 1 : -1;
+    P time(kNoLimit);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const P v = P::load(k_[0].of[axis] + i) * P(direction * grid.per_spacing);
+      const P& u = within[axis];
+      const P up = select((u > P(1 - beyond_)) & (v > P(0)), P(1), P(0));
+      const P down = select((u < P(beyond_)) & (v < P(0)), P(1), P(0));
+      const P cell = P::load(cell_[axis] + i);
+      const P next = minimum(P(grid.last_cell[axis]), maximum(P(grid.first_cell[axis]), cell + up - down));
+      next.store(cell_[axis] + i);
+      const P at = u - (next - cell);
+      const P rest = maximum(select(v > P(0), P(1) - at, at), P(0)) + P(0.5 * beyond_);
+      time = minimum(time, rest / maximum(maximum(v, -v), P(kMinSpeed)));
+    }
+    minimum(P::load(most_ + i), time).store(most_ + i);
+  }
+
+  // Returns the part of the step before the end of its cell; 1 if it ends before that, or only a little beyond.
+  KNEAD_INLINE P part_in_cell(std::size_t i, const P& h) const {
+    const Vec3<P> from = load_three<P>(state_, 0, i) - Vec3<P>(task_.sums.center);
+    Vec3<P> to;
+    for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = mul_add(combine(method_.slope, axis, i), h, from[axis]);
+    const Vec3<P> begin = in_cell(from, i).within;
+    const Vec3<P> end = in_cell(to, i).within;
+    P part(1.0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const P& a = begin[axis];
+      const P& b = end[axis];
+      const P above = (P(1 + 0.5 * beyond_) - a) / maximum(b - a, P(kMinSpeed));
+      const P below = (a + P(0.5 * beyond_)) / maximum(a - b, P(kMinSpeed));
+      part = minimum(part, select(b > P(1 + beyond_), above, select(b < P(-beyond_), below, P(1.0))));
+    }
+    return maximum(part, P(kMinStepFactor));
+  }
+
   KNEAD_INLINE P tangent(std::size_t number, std::size_t i) const { return P::load(places_.of[number] + i); }
 
   KNEAD_INLINE P longest_step(std::size_t i) const {
@@ -300,14 +380,15 @@ class JacobianMover {
     const Vec3<P> arm = load_three<P>(state_, 0, i) - Vec3<P>(task_.turning_center);
     const P speed = maximum(norm(v - Vec3<P>(segment_.tool_velocity)), P(segment_.tool_speed));
     const P with_turning = mul_add(norm(arm), P(task_.turning), speed);
-    return minimum(step_rule::longest_step(with_turning, P(segment_.reach)), P(task_.longest_step));
+    return minimum(step_rule::longest_step(with_turning, P(reach_)), P(task_.longest_step));
   }
 
   KNEAD_INLINE void choose_step(std::size_t i) {
     const P time = P(segment_.end) - P::load(t_ + i);
     const P longest = longest_step(i);
     const P shortest = step_rule::shortest_step(longest, P(kShortestPart<double>));
-    const P h = step_rule::chosen_step(P::load(trial_ + i), shortest, longest, maximum(time, -time));
+    const P wanted = minimum(P::load(trial_ + i), P::load(most_ + i));
+    const P h = step_rule::chosen_step(wanted, shortest, longest, maximum(time, -time));
     shortest.store(shortest_ + i);
     (segment_.end >= segment_.begin ? h : -h).store(h_ + i);
   }
@@ -387,24 +468,29 @@ class JacobianMover {
         const Vec3d gradient{at[3][lane], at[4][lane], at[5][lane]};
         const double h = h_[i + lane];
         const double t = t_[i + lane] + method_.stages[method_.slope.slopes[j]].c * h;
-        add_to_sums(x, gradient * (-method_.slope.weights[j] * h), t);
+        add_to_sums(i + lane, x, gradient * (-method_.slope.weights[j] * h), t);
       }
     }
   }
 
   // The same of v at one place, whose gradient is `by_velocity`.
-  KNEAD_INLINE void add_to_sums(const Vec3d& x, const Vec3d& by_velocity, double t) const {
+  KNEAD_INLINE void add_to_sums(std::size_t lane, const Vec3d& x, const Vec3d& by_velocity, double t) const {
     const CoefficientSums& sums = task_.sums;
     const Vec3d y = x - sums.center;
+    GridPlace<double> place = place_in(sums.grid, y);
+    if (by_cells_) {
+      place.cell = {cell_[0][lane], cell_[1][lane], cell_[2][lane]};
+      place.within = y * sums.grid.per_spacing - place.cell;
+    }
     MaskValue<double> mask{1, {0, 0, 0}};
     if (!sums.mask.is_empty()) mask = evaluate_mask(sums.mask, y);
     const Vec3d by_curl = by_velocity * (mask.value * sums.grid.per_spacing / 216);
     const Vec3d by_value = cross(by_velocity, mask.gradient) * (1.0 / 216);
     if (sums.grid.end_numbers == nullptr) {
-      return add_by_coefficients(sums.grid, y, by_curl, by_value, sums.planes, sums.plane);
+      return add_by_coefficients(sums.grid, place, by_curl, by_value, sums.planes, sums.plane);
     }
-    add_by_coefficients(sums.grid, y, by_curl * (1 - t), by_value * (1 - t), sums.planes, sums.plane);
-    add_by_coefficients(sums.grid, y, by_curl * t, by_value * t, sums.planes + 3 * sums.plane, sums.plane);
+    add_by_coefficients(sums.grid, place, by_curl * (1 - t), by_value * (1 - t), sums.planes, sums.plane);
+    add_by_coefficients(sums.grid, place, by_curl * t, by_value * t, sums.planes + 3 * sums.plane, sums.plane);
   }
 
   // Accepts the step where its error is small enough.
@@ -418,12 +504,23 @@ class JacobianMover {
     const auto refused = (error2 > P(1)) & (h > P::load(shortest_ + i));
     auto accept = (!refused) & (remaining > P(0));
     P trial = h * step_rule::step_factor(error2, method_.error_order);
-    if (task_.part_before_kink != nullptr) {
+    if (task_.part_before_kink != nullptr && !by_cells_) {
       P(1.0).store(part_ + i);
       find_kinks(bits(accept), i);
       const P part = P::load(part_ + i);
       accept = accept & (part >= P(1));
       trial = select(part >= P(1), trial, maximum(h * part * P(kPartBeforeKink), P(kMaxStepOverKink)));
+    }
+    if (by_cells_) {
+      // A step that the end of its cell has shortened says little of the next one.
+      const P part = part_in_cell(i, signed_h);
+      const auto is_within = (part >= P(1)) | (h <= P::load(shortest_ + i));
+      const P before = P::load(trial_ + i);
+      const P after = select(h < before, maximum(trial, before), trial);
+      trial = select(refused, trial, select(is_within, after, before));
+      const P most = select(is_within, P::load(most_ + i), h * part);
+      select(accept & is_within, P(kNoLimit), most).store(most_ + i);
+      accept = accept & is_within;
     }
     const auto arrived = accept & (h >= remaining);
     if constexpr (backwards) add_to_sums(bits(accept), i);
@@ -447,6 +544,10 @@ class JacobianMover {
   std::uint32_t unknown_ = 0;   // lanes whose k_0 is to be evaluated
   std::uint32_t accepted_ = 0;  // lanes whose last step was accepted
   bool is_incomplete_ = false;
+  static constexpr double kNoLimit = 1e300;
+  double reach_;           // the length that a step may pass
+  bool by_cells_ = false;  // a step lies in one cell
+  double beyond_ = 0;      // the part of a cell by which it may end beyond
   std::size_t point_[kJacobianLanes]{};
   int steps_[kJacobianLanes]{};
   alignas(64) double t_[kJacobianLanes]{};
@@ -455,6 +556,8 @@ class JacobianMover {
   alignas(64) double shortest_[kJacobianLanes]{};
   alignas(64) double times_[kJacobianLanes]{};
   alignas(64) double part_[kJacobianLanes]{};  // of a step before its first kink
+  alignas(64) double most_[kJacobianLanes]{};  // the longest step that stays in the cell
+  alignas(64) double cell_[3][kJacobianLanes]{};
   Bundle state_;
   Bundle places_;  // of a stage
   Bundle slopes_;
