@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/mesh_builder.h"
 #include "knead/animation.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
@@ -36,7 +37,7 @@ struct PointNumbers {
 };
 
 ChangedSplats changed(const ShapeFile& source, const SplatJacobians& splats, int threads = 0) {
-  return are_splats(source.mesh) ? deformed_splats(source.mesh, splats, threads) : ChangedSplats{};
+  return have_splats(source.mesh) ? deformed_splats(source.mesh, splats, threads) : ChangedSplats{};
 }
 
 PointNumbers numbers_of(const ShapeFile& source, const DeformedShape& shape) {
@@ -113,9 +114,15 @@ std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes) {
   std::uint32_t begin = 0;
   for (const Mesh* mesh : meshes) {
     const std::uint32_t end = begin + static_cast<std::uint32_t>(mesh->vertex_count());
-    if (are_splats(*mesh)) {
+    if (have_splats(*mesh)) {
       splat_degree(*mesh);
-      ranges.push_back({begin, end});
+      const std::vector<bool> used = io_detail::used_vertices(*mesh);
+      for (std::uint32_t v = begin; v < end; ++v) {
+        if (used[v - begin]) continue;
+        const bool goes_on = !ranges.empty() && ranges.back().end == v;
+        if (!goes_on) ranges.push_back({v, v});
+        ++ranges.back().end;
+      }
     }
     begin = end;
   }

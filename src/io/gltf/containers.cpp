@@ -363,8 +363,13 @@ std::string as_source(const ShapeFile& source, std::string glb) {
 }
 
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& /*options*/) {
-  return as_source(source, rewrite_glb(source, positions, normals));
+                    const WriteOptions& options) {
+  return as_source(source, rewrite_glb(source, positions, normals, options));
+}
+
+std::string with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices) {
+  std::string glb = glb_with_copies(source, vertices);
+  return glb.empty() ? glb : as_source(source, std::move(glb));
 }
 
 std::string remeshed(const NewMesh& shape, const WriteOptions& /*options*/) {
@@ -407,6 +412,7 @@ constexpr Codec container(const char* name, std::string (*generate)(const Mesh&,
           .read = read,
           .read_beside = read_beside,
           .rewrite = rewrite,
+          .with_copies = with_copies,
           .generate = generate,
           .losses = losses,
           .source_losses = source_losses,

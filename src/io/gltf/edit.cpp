@@ -139,6 +139,10 @@ std::string greatest_text(const std::vector<float>& values, std::size_t componen
   return bound_text(values, components, [](float a, float b) { return std::max(a, b); });
 }
 
+std::string vector_type(std::size_t components) {
+  return components == 1 ? "SCALAR" : fmt::format("VEC{}", components);
+}
+
 void append_number(std::string& bytes, NumberType type, double value) {
   append_binary(bytes, type, value, std::endian::native != std::endian::little);
 }
@@ -182,7 +186,7 @@ const Edit::Array& Edit::array(const char* key) const {
 Span Edit::item(const char* key, std::size_t i) const { return array(key).items[i].value; }
 
 std::vector<Patch> Edit::attribute_patches(std::size_t mesh, const std::vector<std::size_t>& primitives,
-                                           const char* key, std::size_t accessor) {
+                                           const std::string& key, std::size_t accessor) {
   std::vector<Patch> patches;
   std::vector<Member>& items = primitives_[mesh];
   if (items.empty()) items = members(document_.text, *member(document_.text, item("meshes", mesh), "primitives"));
@@ -215,8 +219,8 @@ std::size_t Edit::append_accessor(const std::vector<float>& values, std::size_t 
   for (const float value : values) append_number(elements, NumberType::float32, double{value});
   return append_elements(
       elements, 0, kVertexData,
-      fmt::format(R"("componentType":5126,"count":{},"type":"VEC{}","min":{},"max":{})", values.size() / components,
-                  components, least_text(values, components), greatest_text(values, components)));
+      fmt::format(R"("componentType":5126,"count":{},"type":"{}","min":{},"max":{})", values.size() / components,
+                  vector_type(components), least_text(values, components), greatest_text(values, components)));
 }
 
 std::size_t Edit::append_elements(std::string_view elements, std::size_t stride, std::size_t target,
@@ -332,7 +336,7 @@ std::string Edit::finish() {
 }
 
 bool is_understood(const std::string& extension) {
-  return extension == "KHR_mesh_quantization" || extension == "KHR_lights_punctual" ||
+  return extension == "KHR_mesh_quantization" || extension == kSplatting || extension == "KHR_lights_punctual" ||
          extension == "EXT_mesh_gpu_instancing" || extension.starts_with("KHR_materials_") ||
          extension.starts_with("KHR_texture_") || extension.starts_with("EXT_texture_");
 }
