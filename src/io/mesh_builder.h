@@ -213,6 +213,9 @@ std::string unplaced_loss(std::size_t count);
 std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d> positions,
                                  const WriteOptions& options);
 
+// Sets attributes with one component at these vertices: a value for each.
+void put_values(Mesh& mesh, std::span<const Attribute> attributes, std::span<const std::uint32_t> vertices);
+
 // Returns the source's mesh at the new positions, with its normals and tangents turned.
 Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options);
 

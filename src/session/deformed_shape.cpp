@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "io/mesh_builder.h"
 #include "knead/editor/shape_state.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
@@ -278,12 +279,9 @@ Mesh DeformedShape::to_mesh() const {
     const std::uint32_t source = provenance_ ? provenance_->vertex_source[v] : v;
     if (source < now.size()) now[source] = v;
   }
-  const ChangedSplats changed = deformed_splats(*start_, *splats_, motion_.threads);
-  for (const Attribute& attribute : changed.attributes) {
-    const auto found = std::find_if(result.attributes.begin(), result.attributes.end(),
-                                    [&](const Attribute& other) { return other.name == attribute.name; });
-    for (std::size_t k = 0; k < changed.splats.size(); ++k) found->values[now[changed.splats[k]]] = attribute.values[k];
-  }
+  ChangedSplats changed = deformed_splats(*start_, *splats_, motion_.threads);
+  for (std::uint32_t& splat : changed.splats) splat = now[splat];
+  io_detail::put_values(result, changed.attributes, changed.splats);
   return result;
 }
 

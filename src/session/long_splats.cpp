@@ -431,8 +431,7 @@ bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions&
     } else if (std::optional<ShapeFile> whole = with_pieces(shape, rows)) {
       shape = *std::move(whole);
     } else {
-      if (notes != nullptr)
-        notes->emplace_back("long splats are not split, as several nodes or primitives hold splats");
+      if (notes != nullptr) notes->emplace_back("long splats are not split: several nodes or primitives hold them");
       return false;
     }
   }

@@ -40,7 +40,13 @@ class Generator {
       : mesh_(mesh), held_(writable_attributes(mesh).attributes), split_(split_vertices(mesh, held_)) {
     if (!are_splats(mesh)) return;
     splats_ = local_splats({}, mesh, split_.original);
-    std::erase_if(held_, [&](const WritableAttribute& held) { return is_of_splats(held.attribute); });
+    std::set<std::string> written;
+    for (const SplatNumbers& numbers : splats_) written.insert(numbers.names.begin(), numbers.names.end());
+    std::erase_if(held_, [&](const WritableAttribute& held) {  // also normals for which a file only has room
+      const std::vector<double>& values = held.attribute.values;
+      const bool is_empty = std::all_of(values.begin(), values.end(), [](double x) { return x == 0; });
+      return written.contains(held.attribute.name) || (held.key == "NORMAL" && is_empty);
+    });
   }
 
   std::string run() {
@@ -65,16 +71,6 @@ class Generator {
   }
 
  private:
-  // Returns true for numbers of splats, and for normals for which their files have room and no values.
-  bool is_of_splats(const Attribute& attribute) const {
-    const auto is_zero = [](double x) { return x == 0; };
-    if (attribute.name == "normal" && std::all_of(attribute.values.begin(), attribute.values.end(), is_zero))
-      return true;
-    return std::any_of(splats_.begin(), splats_.end(), [&](const SplatNumbers& numbers) {
-      return std::find(numbers.names.begin(), numbers.names.end(), attribute.name) != numbers.names.end();
-    });
-  }
-
   static Json list_of(Json item) { return std::vector<Json>{std::move(item)}; }
 
   Json primitive() {
@@ -282,14 +278,6 @@ class Comparison {
     if (!change.elements.empty()) changes.push_back(std::move(change));
   }
 
-  // A turn is written anew with its sizes, which it may change in the node's coordinates.
-  bool is_changed(const SplatNumbers& numbers) const {
-    return std::any_of(options_.attributes.begin(), options_.attributes.end(), [&](const Attribute& attribute) {
-      const bool is_of_turn = attribute.name == "scale_0" && numbers.names.front() == "rot_1";
-      return is_of_turn || attribute.name == numbers.names.front();
-    });
-  }
-
   void add_splats(Changes& changes, const Block& block) const {
     const std::span<const std::uint32_t> all = options_.changed;
     const auto begin = std::lower_bound(all.begin(), all.end(), block.first);
@@ -299,7 +287,7 @@ class Comparison {
     if (splats.empty()) return;
     for (const SplatNumbers& now : local_splats(block.placement, source_.mesh, splats, options_.attributes, first)) {
       const auto accessor = block.splats.find(now.key);
-      if (accessor == block.splats.end() || !is_changed(now)) continue;
+      if (accessor == block.splats.end()) continue;
       Change change = unchanged(now.key, accessor->second);
       for (std::size_t k = 0; k < splats.size(); ++k) {
         const std::size_t element = splats[k] - block.first;
@@ -515,6 +503,7 @@ std::vector<std::string> losses(const Mesh& mesh) {
   const bool has_seams = std::any_of(held.attributes.begin(), held.attributes.end(),
                                      [](const WritableAttribute& h) { return h.attribute.domain == Domain::corner; });
   if (has_seams) losses.push_back("GLB holds one value of an attribute at a vertex; vertices along seams are split");
+  if (mesh.face_count() > 0 && have_splats(mesh)) losses.push_back("a new GLB file holds no splats beside faces");
   if (cut > 0) losses.push_back("GLB holds triangles only; faces with more than three corners are cut");
   if (!are_floats(mesh.positions)) losses.push_back("GLB holds floats only; coordinates are rounded to seven digits");
   return losses;

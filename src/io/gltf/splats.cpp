@@ -20,10 +20,11 @@ namespace knead::io_detail::gltf {
 namespace {
 
 constexpr std::size_t kMaxDegree = 3;
-constexpr std::size_t kAtOnce = std::size_t{1} << 16;            // splats, so that little memory is needed
-constexpr double kSmallest = std::numeric_limits<float>::min();  // size, so that its logarithm is finite
-constexpr double kFaintest = 0x1p-26;                            // opacity; as far below 1 is the most
-constexpr double kOpaque = 50;                                   // the logarithm of the odds
+constexpr std::size_t kOthers = 3;                     // attributes besides the harmonics
+constexpr std::size_t kAtOnce = std::size_t{1} << 16;  // splats, so that little memory is needed
+constexpr double kLeast = 0x1p-151;  // size or opacity: its logarithm is finite, and as a float it is 0
+constexpr double kMostOpacity = 1 - 0x1p-53;
+constexpr double kOpaque = 50;  // the logarithm of the odds
 
 constexpr std::string_view kTurns = "KHR_gaussian_splatting:ROTATION";
 constexpr std::string_view kSizes = "KHR_gaussian_splatting:SCALE";
@@ -50,18 +51,11 @@ std::vector<SplatNumbers> attributes_of(std::size_t degree) {
   return all;
 }
 
-// Returns the degree of splats that have so many attributes; nothing if there is none.
-std::optional<std::size_t> degree_with(std::size_t attributes) {
-  for (std::size_t degree = 0; degree <= kMaxDegree; ++degree) {
-    if (attributes == 3 + (degree + 1) * (degree + 1)) return degree;
-  }
-  return std::nullopt;
-}
-
-std::vector<double>& values_of(Mesh& mesh, const std::string& name) {
-  return std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
-                      [&](const Attribute& attribute) { return attribute.name == name; })
-      ->values;
+// Returns the least degree of splats that have so many harmonics.
+std::size_t degree_with(std::size_t harmonics) {
+  std::size_t degree = 0;
+  while (degree < kMaxDegree && (degree + 1) * (degree + 1) < harmonics) ++degree;
+  return degree;
 }
 
 // Adds attributes of splats that are not seen, in the order of PLY files.
@@ -72,32 +66,38 @@ void add_unseen(Mesh& mesh, std::size_t degree) {
   };
   for (std::size_t i = 0; i < 3; ++i) add(fmt::format("f_dc_{}", i), 0);
   for (std::size_t i = 0; i < 3 * degree * (degree + 2); ++i) add(fmt::format("f_rest_{}", i), 0);
-  add("opacity", elementary::logit(kFaintest));
-  for (std::size_t i = 0; i < 3; ++i) add(fmt::format("scale_{}", i), elementary::log(kSmallest));
+  add("opacity", elementary::logit(kLeast));
+  for (std::size_t i = 0; i < 3; ++i) add(fmt::format("scale_{}", i), elementary::log(kLeast));
   for (std::size_t i = 0; i < 4; ++i) add(fmt::format("rot_{}", i), i == 0 ? 1 : 0);
 }
 
-// Returns the numbers of an attribute as a mesh of splats holds them.
-std::vector<double> read_numbers(const Document& document, const std::string& key, std::size_t components,
-                                 std::size_t index, std::size_t count) {
+// Reads an attribute of splats [first, first + count) as a mesh holds it.
+void read_numbers(const Document& document, const SplatNumbers& attribute, std::size_t index, std::size_t first,
+                  std::size_t count, Mesh& mesh) {
   const Accessor accessor = find_accessor(document, index);
   const Value value = document.root().item("accessors", index);
-  const bool are_sizes = key == kSizes;
+  const std::size_t n = attribute.names.size();
+  const bool are_sizes = attribute.key == kSizes;
   const bool is_real = accessor.type == NumberType::float32 ||
                        ((accessor.normalized || are_sizes) && accessor.type != NumberType::uint32);
-  if (accessor.count != count || accessor.components != components || !is_real) {
-    value.fail(fmt::format("does not fit {} of {} splats; repair the file", key, count));
+  if (accessor.count != count || accessor.components != n || !is_real) {
+    value.fail(fmt::format("does not fit {} of {} splats; repair the file", attribute.key, count));
   }
-  std::vector<double> numbers = read_accessor(document, index, accessor, true);
-  for (double& number : numbers) {
-    if (!std::isfinite(number)) value.fail("has a number that is not finite; repair the file");
-    if (are_sizes && number < 0) {
-      value.fail("has a negative size, as a draft of the extension that had logarithms; export the splats anew");
+  const std::vector<double> numbers = read_accessor(document, index, accessor, true);
+  for (std::size_t c = 0; c < n; ++c) {
+    Attribute& to = *std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
+                                  [&](const Attribute& each) { return each.name == attribute.names[c]; });
+    for (std::size_t i = 0; i < count; ++i) {
+      double number = numbers[i * n + c];
+      if (!std::isfinite(number)) value.fail("has a number that is not finite; repair the file");
+      if (are_sizes && number < 0) {
+        value.fail("has a negative size, as a draft of the extension that had logarithms; export the splats anew");
+      }
+      if (are_sizes) number = elementary::log(std::max(number, kLeast));
+      if (attribute.key == kOpacities) number = elementary::logit(std::clamp(number, kLeast, kMostOpacity));
+      to.values[first + i] = number;
     }
-    if (are_sizes) number = elementary::log(std::max(number, kSmallest));
-    if (key == kOpacities) number = elementary::logit(std::clamp(number, kFaintest, 1 - kFaintest));
   }
-  return numbers;
 }
 
 // Maps splats [first, first + count). A mirror image has harmonics of odd degrees with the other sign.
@@ -111,20 +111,21 @@ void transform(Mesh& mesh, std::size_t first, std::size_t count, const Mat3d& li
     maps.splats.resize(std::min(kAtOnce, first + count - begin));
     std::iota(maps.splats.begin(), maps.splats.end(), static_cast<std::uint32_t>(begin));
     maps.jacobians.assign(maps.splats.size(), linear * ((is_mirrored ? -1 : 1) / size));
-    for (const Attribute& changed : deformed_splats(mesh, maps).attributes) {
-      const double more = changed.name.starts_with("scale_") ? elementary::log(size) : 0;
+    ChangedSplats changed = deformed_splats(mesh, maps);
+    for (Attribute& attribute : changed.attributes) {
+      const double more = attribute.name.starts_with("scale_") ? elementary::log(size) : 0;
       double sign = 1;
-      if (is_mirrored && changed.name.starts_with("f_rest_")) {
-        const std::size_t harmonic = std::stoul(changed.name.substr(7)) % harmonics;
+      if (is_mirrored && attribute.name.starts_with("f_rest_")) {
+        const std::size_t harmonic = std::stoul(attribute.name.substr(7)) % harmonics;
         sign = harmonic < 3 || harmonic >= 8 ? -1 : 1;
       }
-      std::vector<double>& values = values_of(mesh, changed.name);
-      for (std::size_t i = 0; i < changed.values.size(); ++i) {
-        values[begin + i] = sign * changed.values[i] + more;
-        if (std::isfinite(values[begin + i])) continue;
+      for (double& value : attribute.values) {
+        value = sign * value + more;
+        if (std::isfinite(value)) continue;
         throw InvalidInput("a node stretches its splats too much; use a transform with like sizes on all axes");
       }
     }
+    put_values(mesh, changed.attributes, changed.splats);
   }
 }
 
@@ -133,23 +134,12 @@ void to_file(const std::string& key, std::span<double> element) {
   double size2 = 0;
   for (double& number : element) {
     size2 += number * number;
-    if (key == kSizes) number = elementary::exp(std::clamp(number, elementary::log(kSmallest), 88.0));
-    if (key == kOpacities) number = elementary::sigmoid(std::clamp(number, -kOpaque, kOpaque));
+    if (key == kSizes) number = elementary::exp(number);
+    if (key == kOpacities) number = elementary::sigmoid(number);
   }
   if (key != kTurns) return;
   for (double& number : element) number = size2 > 0 ? number / std::sqrt(size2) : 0;
   if (!(size2 > 0)) element[3] = 1;
-}
-
-void refuse_compressed(const std::optional<Value>& extensions) {
-  if (!extensions || !extensions->json().is_object()) return;
-  for (const JsonMember& member : extensions->json().members()) {
-    const bool is_codec =
-        member.key.find("gaussian_splat") != std::string::npos && member.key.find("compression") != std::string::npos;
-    if (!is_codec) continue;
-    extensions->fail(fmt::format(
-        "holds compressed splats ({}), which Knead cannot read; export them without compression", member.key));
-  }
 }
 
 // Returns the text of an accessor with copies of these elements after its last one.
@@ -167,9 +157,8 @@ std::string with_copied_elements(const Document& document, Edit& edit, std::size
   const std::size_t view = edit.append_view(elements, stride == accessor.element_size() ? 0 : stride, kVertexData);
   std::string text = fmt::format(R"({{"bufferView":{},"count":{})", view, accessor.count + copied.size());
   for (const Member& member : members(document.text, edit.item("accessors", index))) {
-    if (member.key == "bufferView" || member.key == "byteOffset" || member.key == "count" || member.key == "sparse") {
-      continue;
-    }
+    constexpr std::array<std::string_view, 4> kNew{"bufferView", "byteOffset", "count", "sparse"};
+    if (std::find(kNew.begin(), kNew.end(), member.key) != kNew.end()) continue;
     const Span& span = member.value;
     text += fmt::format(",{}:{}", to_text(member.key), document.text.substr(span.begin, span.end - span.begin));
   }
@@ -179,12 +168,13 @@ std::string with_copied_elements(const Document& document, Edit& edit, std::size
 }  // namespace
 
 std::map<std::string, std::size_t> splat_accessors(const Value& primitive) {
-  const std::optional<Value> extensions = primitive.find("extensions");
-  refuse_compressed(extensions);
-  const std::optional<Value> splatting = extensions ? extensions->find(kSplatting) : std::nullopt;
   std::map<std::string, std::size_t> accessors;
+  const std::optional<Value> extensions = primitive.find("extensions");
+  const std::optional<Value> splatting = extensions ? extensions->find(kSplatting) : std::nullopt;
   if (!splatting) return accessors;
-  refuse_compressed(splatting->find("extensions"));
+  if (splatting->find("extensions")) {
+    splatting->fail("holds splats that another extension compresses or changes; export them without");
+  }
   if (const auto kernel = splatting->find("kernel"); kernel && kernel->text() != "ellipse") {
     kernel->fail("is no kernel of splats that Knead knows; export them with \"ellipse\"");
   }
@@ -192,15 +182,15 @@ std::map<std::string, std::size_t> splat_accessors(const Value& primitive) {
     primitive.fail("holds splats and has another mode than POINTS; repair the file");
   }
   const Value attributes = primitive.at("attributes");
-  std::size_t count = 3;
-  for (const JsonMember& member : attributes.json().members()) count += member.key.starts_with(kHarmonics) ? 1 : 0;
-  const std::optional<std::size_t> degree = degree_with(count);
-  if (!degree) attributes.fail("does not have the spherical harmonics of a degree from 0 to 3; export the splats anew");
-  for (const SplatNumbers& attribute : attributes_of(*degree)) {
+  std::size_t harmonics = 0;
+  for (const JsonMember& each : attributes.json().members()) harmonics += each.key.starts_with(kHarmonics) ? 1 : 0;
+  for (const SplatNumbers& attribute : attributes_of(degree_with(harmonics))) {
     const std::optional<std::size_t> accessor = attributes.whole(attribute.key.c_str());
     if (!accessor) attributes.fail(fmt::format("lacks {}; export the splats anew", attribute.key));
     accessors[attribute.key] = *accessor;
   }
+  if (accessors.size() != harmonics + kOthers)
+    attributes.fail("has harmonics above degree 3; export the splats without");
   return accessors;
 }
 
@@ -210,28 +200,23 @@ void read_splats(const Document& document, const std::vector<Block>& blocks, Mes
   std::size_t others = mesh.vertex_count();
   for (const Block& block : blocks) most = std::max(most, block.splats.size());
   if (most == 0) return;
-  const std::size_t degree = *degree_with(most);
-  add_unseen(mesh, degree);
-  bool is_linear = false;
+  if (mesh.vertex_count() > most_elements(document.bytes.size()) / most) {
+    throw InvalidInput(Place{document.source.file}, "its nodes unfold into too many splats; place fewer copies");
+  }
+  const std::vector<SplatNumbers> attributes = attributes_of(degree_with(most - kOthers));
+  add_unseen(mesh, degree_with(most - kOthers));
   for (const Block& block : blocks) {
     if (block.splats.empty()) continue;
     others -= block.count;
-    for (const SplatNumbers& attribute : attributes_of(degree)) {
+    for (const SplatNumbers& attribute : attributes) {
       const auto found = block.splats.find(attribute.key);
-      if (found == block.splats.end()) continue;
-      const std::size_t n = attribute.names.size();
-      const std::vector<double> numbers = read_numbers(document, attribute.key, n, found->second, block.count);
-      for (std::size_t c = 0; c < n; ++c) {
-        std::vector<double>& values = values_of(mesh, attribute.names[c]);
-        for (std::size_t i = 0; i < block.count; ++i) values[block.first + i] = numbers[i * n + c];
-      }
+      if (found != block.splats.end()) read_numbers(document, attribute, found->second, block.first, block.count, mesh);
     }
     transform(mesh, block.first, block.count, block.placement.linear);
-    const Value primitive = document.root().item("meshes", block.mesh).item("primitives", block.primitives.front());
-    const std::optional<Value> space = primitive.at("extensions").at(kSplatting).find("colorSpace");
-    is_linear = is_linear || (space && space->text() == "lin_rec709_display");
   }
-  if (is_linear) notes.emplace_back("colours of splats are linear, and are drawn as if they were sRGB");
+  if (document.text.find("lin_rec709_display") != std::string_view::npos) {
+    notes.emplace_back("colours of splats are linear, and are drawn as if they were sRGB");
+  }
   if (others == 0) return;
   const std::string splats = counted(mesh.vertex_count() - others, "vertex is a splat", "vertices are splats");
   notes.push_back(splats + (mesh.face_count() > 0 ? ", which deform with the faces and are not drawn as splats"
@@ -248,16 +233,13 @@ std::vector<SplatNumbers> local_splats(const Placement& placement, const Mesh& m
     part.positions.resize(count);
     for (const SplatNumbers& attribute : result) {
       for (const std::string& name : attribute.names) {
-        Attribute& to = part.attributes.emplace_back(Attribute{name, Domain::vertex, NumberType::float64, 1, {}});
-        const auto is_it = [&](const Attribute& each) { return each.name == name; };
-        const auto after = std::find_if(changed.begin(), changed.end(), is_it);
+        std::vector<double> values(count, attribute.key == kOpacities ? kOpaque : 0);
         const Attribute* const before = mesh.find_attribute(name);
-        for (std::size_t i = begin; i < begin + count; ++i) {
-          const double otherwise = attribute.key == kOpacities ? kOpaque : 0;
-          to.values.push_back(after != changed.end() ? after->values[first + i]
-                              : before != nullptr    ? before->values[splats[i]]
-                                                     : otherwise);
+        for (std::size_t i = 0; before != nullptr && i < count; ++i) values[i] = before->values[splats[begin + i]];
+        for (const Attribute& after : changed) {
+          if (after.name == name) std::copy_n(after.values.data() + first + begin, count, values.begin());
         }
+        part.attributes.push_back({name, Domain::vertex, NumberType::float64, 1, std::move(values)});
       }
     }
     transform(part, 0, count, placement.inverse);
