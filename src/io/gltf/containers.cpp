@@ -114,7 +114,7 @@ std::string as_glb(std::string_view text, std::string_view bin) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.remove_suffix(1);
   append_chunk(chunks, kJson, text);
   append_chunk(chunks, kBin, bin);
-  return with_header(chunks);
+  return with_header(std::move(chunks));
 }
 
 Parts parts_of(std::string_view glb_bytes, const std::string& name) {
@@ -404,7 +404,8 @@ void write_beside(const std::filesystem::path& path, const ShapeFile& source, co
   const std::optional<Wrapping>& wrapping = layout_of<Layout>(source).wrapping;
   const bool has_files = wrapping && std::any_of(wrapping->buffers.begin(), wrapping->buffers.end(),
                                                  [](const Buffer& b) { return b.kind == Buffer::Kind::file; });
-  write_new_file(path, has_files ? with_files_beside(path, *wrapping, source.format, bytes) : bytes);
+  if (has_files) return write_new_file(path, with_files_beside(path, *wrapping, source.format, bytes));
+  write_new_file(path, bytes);
 }
 
 constexpr Codec container(const char* name, std::string (*generate)(const Mesh&, const WriteOptions&)) {

@@ -154,14 +154,14 @@ void append_chunk(std::string& bytes, std::uint32_t type, std::string_view conte
   pad(bytes, type == kJson ? ' ' : '\0');
 }
 
-std::string with_header(const std::string& chunks) {
+std::string with_header(std::string chunks) {
   if (chunks.size() > std::numeric_limits<std::uint32_t>::max() - 16) {
     throw InvalidInput("the shape does not fit in a GLB file, which holds at most 4 GiB; use another format");
   }
   std::string bytes = "glTF";
   append_number(bytes, NumberType::uint32, 2);
   append_number(bytes, NumberType::uint32, static_cast<double>(12 + chunks.size()));
-  return bytes + chunks;
+  return std::move(chunks.insert(0, bytes));
 }
 
 Edit::Edit(const Document& document, const Layout& layout) : document_(document), layout_(layout), bin_(document.bin) {
@@ -326,13 +326,14 @@ std::string Edit::finish() {
   std::string json = patched(document_.text, std::move(patches_));
   while (json.back() == ' ' || json.back() == '\0') json.pop_back();
   std::string chunks;
+  chunks.reserve(document_.bytes.size() - document_.bin.size() + json.size() + bin_.size());
   for (std::size_t i = 0; i < layout_.chunks.size(); ++i) {
     const Chunk& chunk = layout_.chunks[i];
     const bool is_bin = layout_.bin == i;
     const std::string_view kept = document_.bytes.substr(chunk.begin, chunk.size);
     append_chunk(chunks, chunk.type, i == 0 ? json : (is_bin ? bin_ : kept));
   }
-  return with_header(chunks) + std::string(document_.bytes.substr(layout_.end));
+  return with_header(std::move(chunks)).append(document_.bytes.substr(layout_.end));
 }
 
 bool is_understood(const std::string& extension) {

@@ -142,7 +142,7 @@ class Edit {
 void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents);
 
 // The header and the chunks of a file. Throws InvalidInput where it would exceed 4 GiB.
-std::string with_header(const std::string& chunks);
+std::string with_header(std::string chunks);
 
 // "[1,2.5]": the least, or greatest, of each component, in a form that reads back as the same number. What is not
 // finite does not count.

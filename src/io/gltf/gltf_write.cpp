@@ -67,7 +67,7 @@ class Generator {
     std::string chunks;
     append_chunk(chunks, kJson, to_text(json));
     if (!bin_.empty()) append_chunk(chunks, kBin, bin_);
-    return with_header(chunks);
+    return with_header(std::move(chunks));
   }
 
  private:
