@@ -175,6 +175,15 @@ std::vector<bool> used_vertices(const Mesh& mesh) {
   return used;
 }
 
+std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh) {
+  const std::vector<bool> used = used_vertices(mesh);
+  std::vector<std::uint32_t> unused;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (!used[v]) unused.push_back(v);
+  }
+  return unused;
+}
+
 void FiniteValues::append_note(std::vector<std::string>& notes) const {
   if (replaced_ == 0) return;
   notes.push_back(counted(replaced_, "attribute value is not finite and is read as 0",

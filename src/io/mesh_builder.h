@@ -151,8 +151,9 @@ class Welder {
   std::vector<std::uint64_t> slots_;  // half of the position's hash, then its vertex
 };
 
-// Returns which vertices some face uses.
+// Returns which vertices some face uses, and the numbers of the others.
 std::vector<bool> used_vertices(const Mesh& mesh);
+std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh);
 
 // Returns the note of readers on a shape without faces.
 inline constexpr const char* kCloudNote = "has no faces and is read as a point cloud";

@@ -1,4 +1,5 @@
 // Writes the shapes that a replay makes: one, one of several, or all frames in one file.
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -60,6 +61,17 @@ SplatJacobians splats_in(const ShapePart& part, const SplatJacobians& all) {
   return result;
 }
 
+// Sets the splats of a remeshed mesh: its vertices in no face are those of the source, in the same order.
+void put_splats(Mesh& mesh, ChangedSplats splats, const Mesh& source) {
+  const std::vector<std::uint32_t> before = io_detail::vertices_in_no_face(source);
+  const std::vector<std::uint32_t> now = io_detail::vertices_in_no_face(mesh);
+  if (before.size() != now.size()) return;
+  for (std::uint32_t& splat : splats.splats) {
+    splat = now[static_cast<std::size_t>(std::lower_bound(before.begin(), before.end(), splat) - before.begin())];
+  }
+  io_detail::put_values(mesh, splats.attributes, splats.splats);
+}
+
 // Writes the frames of a shape, or of one part of several. Remeshed ones have the vertices and faces of the first
 // frame.
 struct Output {
@@ -113,18 +125,15 @@ std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes) {
   std::vector<IndexRange> ranges;
   std::uint32_t begin = 0;
   for (const Mesh* mesh : meshes) {
-    const std::uint32_t end = begin + static_cast<std::uint32_t>(mesh->vertex_count());
     if (have_splats(*mesh)) {
       splat_degree(*mesh);
-      const std::vector<bool> used = io_detail::used_vertices(*mesh);
-      for (std::uint32_t v = begin; v < end; ++v) {
-        if (used[v - begin]) continue;
-        const bool goes_on = !ranges.empty() && ranges.back().end == v;
-        if (!goes_on) ranges.push_back({v, v});
+      for (const std::uint32_t v : io_detail::vertices_in_no_face(*mesh)) {
+        const bool goes_on = !ranges.empty() && ranges.back().end == begin + v;
+        if (!goes_on) ranges.push_back({begin + v, begin + v});
         ++ranges.back().end;
       }
     }
-    begin = end;
+    begin += static_cast<std::uint32_t>(mesh->vertex_count());
   }
   return ranges;
 }
@@ -153,8 +162,11 @@ void write_part(const std::filesystem::path& path, const ShapePart& part, const 
   PointNumbers numbers;
   if (state.splats) numbers.splats = changed(part.source, splats_in(part, *state.splats));
   if (state.provenance != nullptr) {
-    const MeshPart found = part_in(part, state.to_mesh(), *state.provenance);
-    if (!is_cloud) return write_remeshed(path, part.source, found.mesh, found.face_source, options);
+    MeshPart found = part_in(part, state.to_mesh(), *state.provenance);
+    if (!is_cloud) {
+      if (state.splats) put_splats(found.mesh, numbers.splats, part.source.mesh);
+      return write_remeshed(path, part.source, found.mesh, found.face_source, options);
+    }
     return write_shape(path, part.source, found.mesh.positions, numbers.with(options));
   }
   const std::vector<Vec3d> positions = state.positions.copy();

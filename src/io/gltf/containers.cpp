@@ -359,7 +359,8 @@ std::string with_files_beside(const std::filesystem::path& path, const Wrapping&
 // A file of the source's kind for the GLB file that takes the place of its own.
 std::string as_source(const ShapeFile& source, std::string glb) {
   const std::optional<Wrapping>& wrapping = layout_of<Layout>(source).wrapping;
-  return wrapping ? unwrapped(source, *wrapping, glb) : glb;
+  if (wrapping) return unwrapped(source, *wrapping, glb);
+  return glb;
 }
 
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,

@@ -148,7 +148,8 @@ void append_number(std::string& bytes, NumberType type, double value) {
 }
 
 void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents) {
-  append_number(bytes, NumberType::uint32, static_cast<double>((contents.size() + 3) / 4 * 4));
+  const std::size_t size = (contents.size() + 3) / 4 * 4;
+  append_number(bytes, NumberType::uint32, static_cast<double>(size));
   append_number(bytes, NumberType::uint32, type);
   bytes += contents;
   pad(bytes, type == kJson ? ' ' : '\0');

@@ -17,15 +17,6 @@ namespace {
 
 constexpr std::uint32_t kNoVertex = 0xffffffffu;
 
-std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh) {
-  const std::vector<bool> used = used_vertices(mesh);
-  std::vector<std::uint32_t> unused;
-  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (!used[v]) unused.push_back(v);
-  }
-  return unused;
-}
-
 // The values of an attribute at a vertex as the file holds them: in the node's coordinates, v downwards.
 std::vector<double> to_local(const Semantic& semantic, const Placement& placement, std::vector<double> values) {
   const std::string_view key = semantic.key;

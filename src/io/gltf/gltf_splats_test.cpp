@@ -13,6 +13,7 @@
 #include "knead/replay.h"
 #include "knead/splats.h"
 #include "math/geometry.h"
+#include "support/scratch.h"
 
 namespace knead::gltf_splats_test {
 namespace {
@@ -286,9 +287,18 @@ TEST(GltfSplats, BesideAMeshAndTwice) {
   const ShapeFile remeshed = parse_shape(serialize_deformed("glb", mixed, result.shape), "glb", "remeshed.glb");
   EXPECT_GT(remeshed.mesh.face_count(), 10U);
   const std::size_t more = remeshed.mesh.vertex_count() - 34;
-  Mesh loose = splats_of(remeshed);
   EXPECT_GT(more, 0U);
-  expect_same_splats(loose, expected, 2e-5);
+  expect_same_splats(splats_of(remeshed), expected, 2e-5);
+
+  const Mesh sphere = make_shape(ShapeKind::sphere, 600);
+  const Mesh* const meshes[] = {&sphere, &mixed.mesh};
+  const JoinedMeshes joined(meshes);
+  options.splats = splats_among(meshes);
+  const ReplayResult both = replay(borrow(joined.mesh()), parse_session(kBend, "bend.knead"), options);
+  ASSERT_TRUE(both.shape.is_remeshed());
+  const test::Scratch folder("gltf_splats");
+  write_part(folder.path() / "part.glb", {mixed, joined, 1}, both.shape.state());
+  expect_same_splats(splats_of(read_shape(folder.path() / "part.glb")), expected, 2e-5);
 }
 
 std::string refusal(const GlbFile& file) {
