@@ -8,6 +8,7 @@
 
 #include "io/codec.h"
 #include "io/test_samples.h"
+#include "knead/animation.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/replay.h"
@@ -117,6 +118,7 @@ TEST(GltfSplats, AreWrittenAndReadAsInPly) {
     EXPECT_TRUE(are_splats(shape.mesh));
     EXPECT_EQ(shape.notes.back(), fmt::format("Gaussian splats with spherical harmonics of degree {}", degree));
     expect_same_splats(shape.mesh, mesh);
+    EXPECT_NE(animation_losses("a.glb", shape).back().find("only the centres"), std::string::npos);
     const GlbJson json = json_of(shape.bytes);
     const GlbJson& primitive = json["meshes"][0]["primitives"][0];
     EXPECT_EQ(json["extensionsUsed"], GlbJson::parse(R"(["KHR_gaussian_splatting"])"));
