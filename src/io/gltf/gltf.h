@@ -311,8 +311,8 @@ std::vector<Instance> find_instances(const Document& document, std::vector<std::
 // stored. Vertices that a seam in the texture or a hard edge repeats are not welded, and a mesh that several nodes
 // place has its vertices once for each. Attributes: "normal" (3, unit), "uv" (2; v upwards as in the other formats, 1
 // minus what the file holds), "color" (3 or 4, in the type of the file) and "tangent" (4), each if some primitive has
-// it, and those of splats. Throws InvalidInput also for what cannot be read without another file or a decoder. Vertices and corners may not
-// exceed 2^21 plus four for each byte of the file (a small file can place one mesh very often).
+// it, and those of splats. Throws InvalidInput also for what cannot be read without another file or a decoder. Vertices
+// and corners may not exceed 2^21 plus four for each byte of the file (a small file can place one mesh very often).
 Layout read_scene(ShapeFile& shape, std::string_view glb, const std::string& name);
 
 // The functions of both containers' codecs for the GLB file. Of the options only the changed attributes count.
