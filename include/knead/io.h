@@ -29,9 +29,10 @@ class SourceFile;
 // A mesh and the file that it came from; made by read_shape and parse_shape.
 //
 // Attributes of the mesh, by name and number of components: "normal" (3), "uv" (2), "color" (3 or 4); "tangent" (4) of
-// a GLB file; "attribute" (1), the 16 bits after each triangle of an STL file; "color_index" (1) of the faces of an OFF
-// file; "column4", "column5", ... (1), the numbers after x y z of an XYZ file; and every other number per vertex or
-// face of a PLY file under its own name. Values that are not finite become 0, and a note says so.
+// a GLB file, and those of its splats (splats.h); "attribute" (1), the 16 bits after each triangle of an STL file;
+// "color_index" (1) of the faces of an OFF file; "column4", "column5", ... (1), the numbers after x y z of an XYZ file;
+// and every other number per vertex or face of a PLY file under its own name. Values that are not finite become 0, and
+// a note says so.
 struct ShapeFile {
   Mesh mesh;
   std::string format;                                  // the name of a format: "ply", "obj", "glb" ...

@@ -17,8 +17,12 @@ namespace knead {
 // Kerbl et al. (2023) have them.
 bool are_splats(const Mesh& mesh);
 
+// Returns whether the mesh has these attributes, with faces or without: of a mesh with faces, the vertices in no face
+// are splats.
+bool have_splats(const Mesh& mesh);
+
 // Returns the degree of the spherical harmonics of splats, from 0 to 3; the mesh has 0, 9, 24 or 45 attributes
-// f_rest_*. Throws InvalidInput for another number of them, or if are_splats() is false.
+// f_rest_*. Throws InvalidInput for another number of them, or if have_splats() is false.
 std::size_t splat_degree(const Mesh& splats);
 
 // Returns the real spherical harmonics of degrees 1 to 3 at a unit vector, with the signs and factors of splat files.

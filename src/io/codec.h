@@ -161,7 +161,8 @@ struct Codec {
   void (*rewrite_in_pieces)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                             const WriteOptions& options, const ByteSink& out) = nullptr;
 
-  // Returns the file of the source with copies of these vertices after its last one. Null: it cannot.
+  // Returns the file of the source with copies of these vertices after its last one; empty if this source cannot have
+  // them. Null: it cannot.
   std::string (*with_copies)(const ShapeFile& source, std::span<const std::uint32_t> vertices) = nullptr;
 
   // Returns whether the writers write AnyLayout::edits of a source, so that with_copies is not needed. Null: they do

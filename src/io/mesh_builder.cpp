@@ -175,6 +175,15 @@ std::vector<bool> used_vertices(const Mesh& mesh) {
   return used;
 }
 
+std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh) {
+  const std::vector<bool> used = used_vertices(mesh);
+  std::vector<std::uint32_t> unused;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (!used[v]) unused.push_back(v);
+  }
+  return unused;
+}
+
 void FiniteValues::append_note(std::vector<std::string>& notes) const {
   if (replaced_ == 0) return;
   notes.push_back(counted(replaced_, "attribute value is not finite and is read as 0",
@@ -245,15 +254,19 @@ std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d>
   return {options.normals.begin(), options.normals.end()};
 }
 
-Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
-  Mesh mesh = source.mesh;
-  mesh.positions.assign(positions.begin(), positions.end());
-  for (const Attribute& changed : options.attributes) {
+void put_values(Mesh& mesh, std::span<const Attribute> attributes, std::span<const std::uint32_t> vertices) {
+  for (const Attribute& changed : attributes) {
     const auto found = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
                                     [&](const Attribute& attribute) { return attribute.name == changed.name; });
     if (found == mesh.attributes.end()) continue;
-    for (std::size_t k = 0; k < changed.values.size(); ++k) found->values[options.changed[k]] = changed.values[k];
+    for (std::size_t k = 0; k < vertices.size(); ++k) found->values[vertices[k]] = changed.values[k];
   }
+}
+
+Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
+  Mesh mesh = source.mesh;
+  mesh.positions.assign(positions.begin(), positions.end());
+  put_values(mesh, options.attributes, options.changed);
   const std::vector<Vec3d> normals = moved_normals(source, positions, options);
   if (normals.empty()) return mesh;
   turn_tangents(source.mesh, positions, normals, mesh);

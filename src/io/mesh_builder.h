@@ -151,8 +151,9 @@ class Welder {
   std::vector<std::uint64_t> slots_;  // half of the position's hash, then its vertex
 };
 
-// Returns which vertices some face uses.
+// Returns which vertices some face uses, and the numbers of the others.
 std::vector<bool> used_vertices(const Mesh& mesh);
+std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh);
 
 // Returns the note of readers on a shape without faces.
 inline constexpr const char* kCloudNote = "has no faces and is read as a point cloud";
@@ -212,6 +213,9 @@ std::string unplaced_loss(std::size_t count);
 // the same position and normal, as along a seam, turn together. Normals of points are options.normals, if given.
 std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d> positions,
                                  const WriteOptions& options);
+
+// Sets attributes with one component at these vertices: a value for each.
+void put_values(Mesh& mesh, std::span<const Attribute> attributes, std::span<const std::uint32_t> vertices);
 
 // Returns the source's mesh at the new positions, with its normals and tangents turned.
 Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options);

@@ -250,6 +250,22 @@ inline std::string elaborate_glb() {
   return file.bytes();
 }
 
+// Two Gaussian splats in a node that turns and stretches them.
+inline std::string splats_glb() {
+  GlbFile file;
+  GlbJson& attributes = file.primitive()["attributes"];
+  attributes["POSITION"] = file.add_vec3({0, 0, 0, 1, 2, 3});
+  attributes["KHR_gaussian_splatting:ROTATION"] = file.add<std::int8_t>(5120, "VEC4", 4, {127, 0, 0, 0, 0, 90, 0, 90});
+  file.json["accessors"].back()["normalized"] = true;
+  attributes["KHR_gaussian_splatting:SCALE"] = file.add_vec3({1, 2, 3, 0, 0.5, 0.25});
+  attributes["KHR_gaussian_splatting:OPACITY"] = file.add<float>(5126, "SCALAR", 1, {0.5, 1});
+  attributes["KHR_gaussian_splatting:SH_DEGREE_0_COEF_0"] = file.add_vec3({1, 0, -1, 0.5, 0, 2});
+  file.primitive()["mode"] = 0;
+  file.primitive()["extensions"]["KHR_gaussian_splatting"]["kernel"] = "ellipse";
+  file.json["nodes"][0] = GlbJson::parse(R"({"mesh":0,"rotation":[0.6,0,0,0.8],"scale":[2,3,-4]})");
+  return file.bytes();
+}
+
 inline std::vector<Sample> glb_samples() {
   GlbFile strip;
   strip.primitive()["attributes"]["POSITION"] = strip.add_vec3({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0});
@@ -262,7 +278,8 @@ inline std::vector<Sample> glb_samples() {
           {"glb", elaborate_glb()},
           {"glb", strip.bytes()},
           {"glb", serialize_mesh("glb", colored)},
-          {"glb", serialize_mesh("glb", points)}};
+          {"glb", serialize_mesh("glb", points)},
+          {"glb", splats_glb()}};
 }
 
 inline std::vector<Sample> pcd_samples() {

@@ -9,6 +9,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_generate_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_remeshed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_rewrite_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_splats_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gltf/glb_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj/obj_normals_test.cpp

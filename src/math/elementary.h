@@ -25,6 +25,10 @@ double cbrt(double x);
 // The length of (x, y, z), without overflow.
 double hypot(double x, double y, double z = 0);
 
+// The logarithm of the odds of a probability, and back.
+inline double logit(double x) { return log(x / (1 - x)); }
+inline double sigmoid(double x) { return 1 / (1 + exp(-x)); }
+
 // 10^n, rounded once for |n| <= 22, which is exact where 10^n is a number.
 double power_of_ten(int n);
 // The largest n with 10^n <= x, for a positive number.

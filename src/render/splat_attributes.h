@@ -38,7 +38,7 @@ class SplatAttributes {
   double opacity(std::size_t splat) const {
     constexpr double kWithoutOpacity = 50;  // as the logarithm of the odds: opaque
     const double logit = opacity_ == nullptr ? kWithoutOpacity : opacity_->values[splat];
-    return 1 / (1 + elementary::exp(-std::clamp(logit, -80.0, 80.0)));
+    return elementary::sigmoid(std::clamp(logit, -80.0, 80.0));
   }
 
   // Returns the axes, each as long as its standard deviation.

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "io/mesh_builder.h"
 #include "knead/editor/shape_state.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
@@ -272,13 +273,15 @@ Vec3d DeformedShape::normal(std::uint32_t vertex) const { return turned_normal(*
 Mesh DeformedShape::to_mesh() const {
   Mesh result = *mesh_;
   result.positions = positions_;
-  if (!splats_ || !are_splats(result)) return result;
-  const ChangedSplats changed = deformed_splats(result, *splats_, motion_.threads);
-  for (const Attribute& attribute : changed.attributes) {
-    const auto found = std::find_if(result.attributes.begin(), result.attributes.end(),
-                                    [&](const Attribute& other) { return other.name == attribute.name; });
-    for (std::size_t k = 0; k < changed.splats.size(); ++k) found->values[changed.splats[k]] = attribute.values[k];
+  if (!splats_ || !have_splats(result)) return result;
+  std::vector<std::uint32_t> now(start_->vertex_count());  // of each vertex at the start
+  for (std::uint32_t v = 0; v < positions_.size(); ++v) {
+    const std::uint32_t source = provenance_ ? provenance_->vertex_source[v] : v;
+    if (source < now.size()) now[source] = v;
   }
+  ChangedSplats changed = deformed_splats(*start_, *splats_, motion_.threads);
+  for (std::uint32_t& splat : changed.splats) splat = now[splat];
+  io_detail::put_values(result, changed.attributes, changed.splats);
   return result;
 }
 

@@ -1,4 +1,5 @@
 // Writes the shapes that a replay makes: one, one of several, or all frames in one file.
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -7,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/mesh_builder.h"
 #include "knead/animation.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
@@ -36,7 +38,7 @@ struct PointNumbers {
 };
 
 ChangedSplats changed(const ShapeFile& source, const SplatJacobians& splats, int threads = 0) {
-  return are_splats(source.mesh) ? deformed_splats(source.mesh, splats, threads) : ChangedSplats{};
+  return have_splats(source.mesh) ? deformed_splats(source.mesh, splats, threads) : ChangedSplats{};
 }
 
 PointNumbers numbers_of(const ShapeFile& source, const DeformedShape& shape) {
@@ -57,6 +59,17 @@ SplatJacobians splats_in(const ShapePart& part, const SplatJacobians& all) {
     result.jacobians.push_back(all.jacobians[k]);
   }
   return result;
+}
+
+// Sets the splats of a remeshed mesh: its vertices in no face are those of the source, in the same order.
+void put_splats(Mesh& mesh, ChangedSplats splats, const Mesh& source) {
+  const std::vector<std::uint32_t> before = io_detail::vertices_in_no_face(source);
+  const std::vector<std::uint32_t> now = io_detail::vertices_in_no_face(mesh);
+  if (before.size() != now.size()) return;
+  for (std::uint32_t& splat : splats.splats) {
+    splat = now[static_cast<std::size_t>(std::lower_bound(before.begin(), before.end(), splat) - before.begin())];
+  }
+  io_detail::put_values(mesh, splats.attributes, splats.splats);
 }
 
 // Writes the frames of a shape, or of one part of several. Remeshed ones have the vertices and faces of the first
@@ -112,12 +125,15 @@ std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes) {
   std::vector<IndexRange> ranges;
   std::uint32_t begin = 0;
   for (const Mesh* mesh : meshes) {
-    const std::uint32_t end = begin + static_cast<std::uint32_t>(mesh->vertex_count());
-    if (are_splats(*mesh)) {
+    if (have_splats(*mesh)) {
       splat_degree(*mesh);
-      ranges.push_back({begin, end});
+      for (const std::uint32_t v : io_detail::vertices_in_no_face(*mesh)) {
+        const bool goes_on = !ranges.empty() && ranges.back().end == begin + v;
+        if (!goes_on) ranges.push_back({begin + v, begin + v});
+        ++ranges.back().end;
+      }
     }
-    begin = end;
+    begin += static_cast<std::uint32_t>(mesh->vertex_count());
   }
   return ranges;
 }
@@ -146,8 +162,11 @@ void write_part(const std::filesystem::path& path, const ShapePart& part, const 
   PointNumbers numbers;
   if (state.splats) numbers.splats = changed(part.source, splats_in(part, *state.splats));
   if (state.provenance != nullptr) {
-    const MeshPart found = part_in(part, state.to_mesh(), *state.provenance);
-    if (!is_cloud) return write_remeshed(path, part.source, found.mesh, found.face_source, options);
+    MeshPart found = part_in(part, state.to_mesh(), *state.provenance);
+    if (!is_cloud) {
+      if (state.splats) put_splats(found.mesh, numbers.splats, part.source.mesh);
+      return write_remeshed(path, part.source, found.mesh, found.face_source, options);
+    }
     return write_shape(path, part.source, found.mesh.positions, numbers.with(options));
   }
   const std::vector<Vec3d> positions = state.positions.copy();

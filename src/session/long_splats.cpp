@@ -79,7 +79,7 @@ class Columns {
 
   SplatPiece piece(std::uint32_t splat) const {
     SplatPiece piece{splat, mesh_.positions[splat]};
-    piece.opacity = 1 / (1 + elementary::exp(-opacity_->values[splat]));
+    piece.opacity = elementary::sigmoid(opacity_->values[splat]);
     for (std::size_t k = 0; k < 3; ++k) piece.sizes[k] = elementary::exp(scales_[k]->values[splat]);
     return piece;
   }
@@ -310,8 +310,6 @@ class Splitter {
   std::size_t max_splats_;
 };
 
-double logit(double x) { return elementary::log(x / (1 - x)); }
-
 // The rows of the pieces: the first piece of a splat takes its place, the others come after all splats.
 struct PieceRows {
   std::vector<std::uint32_t> copied;  // the splats that the others are pieces of
@@ -338,7 +336,7 @@ constexpr std::array kPieceColumns{"scale_0", "scale_1", "scale_2", "opacity"};
 // Returns the numbers of a piece in these columns.
 std::array<double, 4> numbers_of(const SplatPiece& piece) {
   return {elementary::log(piece.sizes[0]), elementary::log(piece.sizes[1]), elementary::log(piece.sizes[2]),
-          logit(piece.opacity)};
+          elementary::logit(piece.opacity)};
 }
 
 template <class T>
@@ -380,11 +378,13 @@ void add_pieces(ShapeFile& shape, const PieceRows& pieces, bool has_float_places
   shape.layout = std::make_shared<const io_detail::AnyLayout>(std::move(layout));
 }
 
-// Returns a file with rows for the pieces.
-ShapeFile with_pieces(const ShapeFile& source, const PieceRows& pieces) {
+// Returns a file with rows for the pieces; nothing if the format cannot.
+std::optional<ShapeFile> with_pieces(const ShapeFile& source, const PieceRows& pieces) {
   const std::string name = "split." + source.format;
   const io_detail::Codec& codec = io_detail::codec_named(source.format, name);
-  const ShapeFile whole = parse_shape(codec.with_copies(source, pieces.copied), source.format, name);
+  std::string bytes = codec.with_copies(source, pieces.copied);
+  if (bytes.empty()) return std::nullopt;
+  const ShapeFile whole = parse_shape(std::move(bytes), source.format, name);
   std::vector<Vec3d> positions = whole.mesh.positions;
   ChangedSplats changed;
   for (const char* column : kPieceColumns) {
@@ -428,8 +428,11 @@ bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions&
     const PieceRows rows = rows_of(pieces, shape.mesh.vertex_count());
     if (codec.writes_edits != nullptr && codec.writes_edits(shape)) {
       add_pieces(shape, rows, codec.stores_floats(shape));
+    } else if (std::optional<ShapeFile> whole = with_pieces(shape, rows)) {
+      shape = *std::move(whole);
     } else {
-      shape = with_pieces(shape, rows);
+      if (notes != nullptr) notes->emplace_back("long splats are not split: several nodes or primitives hold them");
+      return false;
     }
   }
   if (notes == nullptr) return !pieces.empty();

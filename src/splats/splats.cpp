@@ -258,8 +258,9 @@ std::vector<Attribute> changing_attributes(const Mesh& mesh, std::span<const std
 
 }  // namespace
 
-bool are_splats(const Mesh& mesh) {
-  if (mesh.face_count() > 0) return false;
+bool are_splats(const Mesh& mesh) { return mesh.face_count() == 0 && have_splats(mesh); }
+
+bool have_splats(const Mesh& mesh) {
   for (int i = 0; i < 3; ++i) {
     if (!has(mesh, fmt::format("scale_{}", i))) return false;
   }
@@ -322,7 +323,7 @@ void detail::orthogonalise(std::array<Vec3d, 3>& m) {
 std::array<Vec3d, 3> splat_axes(std::array<double, 4> turn) { return axes_of(unit_of(turn)); }
 
 std::size_t splat_degree(const Mesh& splats) {
-  if (!are_splats(splats)) throw InvalidInput("splats need scale_0 to scale_2 and rot_0 to rot_3, and no faces");
+  if (!have_splats(splats)) throw InvalidInput("splats need scale_0 to scale_2 and rot_0 to rot_3");
   std::size_t count = 0;
   while (has(splats, fmt::format("f_rest_{}", count))) ++count;
   for (std::size_t degree = 0; degree <= kMaxDegree; ++degree) {

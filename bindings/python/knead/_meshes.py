@@ -121,7 +121,7 @@ def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **opt
 
     if isinstance(mesh, Splats):
         return deform_arrays(mesh, session, **options)
-    if isinstance(mesh, Shape) and mesh._native.are_splats():
+    if isinstance(mesh, Shape) and mesh._native.holds_splats():
         return deform_shape(mesh, session, **options)
     faces = faces_for(mesh)
     if hasattr(mesh, "cast_to_structured_grid"):  # pyvista's images and rectilinear grids, whose points follow from a rule

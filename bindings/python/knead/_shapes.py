@@ -126,7 +126,7 @@ class Shape:
         point of coordinates that changed, in text files; None: as many as they need. Raises FileError; InvalidInput for
         an unknown extension.
         """
-        if self._native.are_splats() and (self._vertices != self._native.vertices()).any():
+        if self._native.holds_splats() and (self._vertices != self._native.vertices()).any():
             warnings.warn("only the places of these splats have moved; deform_mesh() also changes their sizes, turns and colours", stacklevel=2)
         self._native.write(os.fspath(path), self._vertices, double, decimals)
 

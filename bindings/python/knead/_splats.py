@@ -29,7 +29,7 @@ class Splats:
         return len(self.means)
 
     def write(self, path):
-        """Writes a PLY file as tools for splats read it: all numbers as 32-bit floats. Raises as Shape.write."""
+        """Writes a .ply, .splat, .glb or .gltf file, with all numbers as 32-bit floats. Raises as Shape.write."""
         _shape_of(self, "float32").write(os.fspath(path))
 
     def __repr__(self):

@@ -156,7 +156,7 @@ py::object deform(const Given& given, const Session& session, const py::object& 
   return move(request, accuracy, make_flow, session, options);
 }
 
-// Applies a session to a file of points, with their normals and splats; returns the file that it becomes.
+// Applies a session to a file with splats, and with the normals of points; returns the file that it becomes.
 std::optional<ShapeFile> deform_file(const Given& given, const ShapeFile& file, const Session& session,
                                      const Accuracy& accuracy, std::optional<std::size_t> max_splats) {
   const Points points = points_from(given.vertices, "vertices");
@@ -172,7 +172,7 @@ std::optional<ShapeFile> deform_file(const Given& given, const ShapeFile& file, 
   std::vector<std::string> notes;
   run_watched(py::none(), progress, [&] { split_splats(whole, session, options, max_splats, &notes); });
   warn(notes);
-  options.normals = vertex_normals_of(whole);
+  if (whole.mesh.face_count() == 0) options.normals = vertex_normals_of(whole);
   const std::optional<ReplayResult> replayed = replay_watched(given.progress, whole.mesh, session, options);
   if (!replayed) return std::nullopt;
   const py::gil_scoped_release released;

@@ -16,6 +16,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/replay.h"
 #include "knead/splats.h"
 #include "module.h"
 #include "work.h"
@@ -217,6 +218,8 @@ void add_shapes(py::module_& module) {
       .def("bytes", [](const ShapeFile& file) { return py::bytes(file.bytes); })
       .def("decimals", &decimals_of)
       .def("are_splats", [](const ShapeFile& file) { return are_splats(file.mesh); })
+      .def("holds_splats",  // also beside faces
+           [](const ShapeFile& file) { return !splats_among(std::array{&file.mesh}).empty(); })
       .def("write", &write);
   module.def("read_shape", &read);
   module.def("shape_from", &shape_from);

@@ -48,6 +48,16 @@ def test_arrays_are_those_of_the_file(tmp_path, splats):
     assert bare.harmonics is None and bare.means.dtype == np.float64 and np.abs(bare.means - of_arrays.means).max() < 1e-6
 
 
+def test_glb_files_hold_them(tmp_path, splats):
+    splats.write(tmp_path / "capture.glb")
+    shape = knead.deform_mesh(knead.read(tmp_path / "capture.glb"), BEND)
+    shape.write(tmp_path / "bent.glb")
+    found, expected = knead.read(tmp_path / "bent.glb").splats, knead.deform_mesh(splats, BEND)
+    assert len(found) == len(expected)
+    for name, error in (("means", 1e-6), ("scales", 1e-5), ("harmonics", 1e-5), ("opacities", 1e-5)):
+        assert np.abs(getattr(found, name) - getattr(expected, name)).max() < error, name
+
+
 class Tensor:
     """What knead sees of a tensor of PyTorch with a gradient on a GPU."""
 

@@ -17,6 +17,7 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 #include "knead/vec.h"
 
 namespace knead::io_detail {
@@ -422,8 +423,14 @@ bool is_animation(const std::filesystem::path& path) { return io_detail::format_
 
 std::vector<std::string> animation_losses(const std::filesystem::path& path, const ShapeFile& source) {
   const std::string extension = io_detail::lower_extension(path);
-  if (extension == ".glb")
-    return source.format == "gltf" ? std::vector<std::string>{} : conversion_losses(path, source);
+  if (extension == ".glb") {
+    std::vector<std::string> losses;
+    if (source.format != "gltf") losses = conversion_losses(path, source);
+    if (have_splats(source.mesh)) {
+      losses.emplace_back("in an animation only the centres of splats move; write each frame to its own file");
+    }
+    return losses;
+  }
   if (extension == ".pc2" || extension == ".mdd") {
     const std::size_t objects = io_detail::objects_of(source);
     if (objects > 1) {

@@ -61,9 +61,6 @@ struct Layout {
 
 std::uint8_t byte_at(const std::string& bytes, std::size_t at) { return static_cast<std::uint8_t>(bytes[at]); }
 
-double logit(double x) { return elementary::log(x / (1 - x)); }
-double sigmoid(double x) { return 1 / (1 + elementary::exp(-x)); }
-
 double read_number(const Layout& layout, const Column& column, std::size_t row) {
   const std::size_t at = column.begin + row * column.stride;
   const bool is_swapped = std::endian::native == std::endian::big;
@@ -79,7 +76,7 @@ double read_number(const Layout& layout, const Column& column, std::size_t row) 
       return ((high < 128 ? high : high - 256) * 65536 + low) / column.factor;
     }
     case Column::Kind::opacity:  // a byte at the end stands for what rounds to it
-      return logit(std::clamp(byte_at(layout.bytes, at) / 255.0, 1.0 / 1024, 1 - 1.0 / 1024));
+      return elementary::logit(std::clamp(byte_at(layout.bytes, at) / 255.0, 1.0 / 1024, 1 - 1.0 / 1024));
     case Column::Kind::byte:
       break;
   }
@@ -109,7 +106,7 @@ void put_number(Layout& layout, const Column& column, std::size_t row, double va
       return;
     }
     case Column::Kind::opacity:
-      return put_byte(layout.bytes, at, 255 * sigmoid(value));
+      return put_byte(layout.bytes, at, 255 * elementary::sigmoid(value));
     case Column::Kind::byte:
       return put_byte(layout.bytes, at, column.factor * value + column.offset);
   }

@@ -333,7 +333,7 @@ std::vector<double> read_accessor(const Document& document, std::size_t index, c
 }
 
 bool is_read(const std::string& key) {
-  return key == "POSITION" ||
+  return key == "POSITION" || key.starts_with(kSplatting) ||
          std::any_of(kSemantics.begin(), kSemantics.end(), [&](const Semantic& s) { return key == s.key; });
 }
 

@@ -114,7 +114,7 @@ std::string as_glb(std::string_view text, std::string_view bin) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.remove_suffix(1);
   append_chunk(chunks, kJson, text);
   append_chunk(chunks, kBin, bin);
-  return with_header(chunks);
+  return with_header(std::move(chunks));
 }
 
 Parts parts_of(std::string_view glb_bytes, const std::string& name) {
@@ -359,12 +359,18 @@ std::string with_files_beside(const std::filesystem::path& path, const Wrapping&
 // A file of the source's kind for the GLB file that takes the place of its own.
 std::string as_source(const ShapeFile& source, std::string glb) {
   const std::optional<Wrapping>& wrapping = layout_of<Layout>(source).wrapping;
-  return wrapping ? unwrapped(source, *wrapping, glb) : glb;
+  if (wrapping) return unwrapped(source, *wrapping, glb);
+  return glb;
 }
 
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& /*options*/) {
-  return as_source(source, rewrite_glb(source, positions, normals));
+                    const WriteOptions& options) {
+  return as_source(source, rewrite_glb(source, positions, normals, options));
+}
+
+std::string with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices) {
+  std::string glb = glb_with_copies(source, vertices);
+  return glb.empty() ? glb : as_source(source, std::move(glb));
 }
 
 std::string remeshed(const NewMesh& shape, const WriteOptions& /*options*/) {
@@ -399,7 +405,8 @@ void write_beside(const std::filesystem::path& path, const ShapeFile& source, co
   const std::optional<Wrapping>& wrapping = layout_of<Layout>(source).wrapping;
   const bool has_files = wrapping && std::any_of(wrapping->buffers.begin(), wrapping->buffers.end(),
                                                  [](const Buffer& b) { return b.kind == Buffer::Kind::file; });
-  write_new_file(path, has_files ? with_files_beside(path, *wrapping, source.format, bytes) : bytes);
+  if (has_files) return write_new_file(path, with_files_beside(path, *wrapping, source.format, bytes));
+  write_new_file(path, bytes);
 }
 
 constexpr Codec container(const char* name, std::string (*generate)(const Mesh&, const WriteOptions&)) {
@@ -407,6 +414,7 @@ constexpr Codec container(const char* name, std::string (*generate)(const Mesh&,
           .read = read,
           .read_beside = read_beside,
           .rewrite = rewrite,
+          .with_copies = with_copies,
           .generate = generate,
           .losses = losses,
           .source_losses = source_losses,

@@ -212,7 +212,7 @@ class Decompressor {
     std::string chunks;
     append_chunk(chunks, kJson, to_text(json));
     append_chunk(chunks, kBin, bin);
-    return with_header(chunks);
+    return with_header(std::move(chunks));
   }
 
  private:

@@ -139,25 +139,30 @@ std::string greatest_text(const std::vector<float>& values, std::size_t componen
   return bound_text(values, components, [](float a, float b) { return std::max(a, b); });
 }
 
+std::string vector_type(std::size_t components) {
+  return components == 1 ? "SCALAR" : fmt::format("VEC{}", components);
+}
+
 void append_number(std::string& bytes, NumberType type, double value) {
   append_binary(bytes, type, value, std::endian::native != std::endian::little);
 }
 
 void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents) {
-  append_number(bytes, NumberType::uint32, static_cast<double>((contents.size() + 3) / 4 * 4));
+  const std::size_t size = (contents.size() + 3) / 4 * 4;
+  append_number(bytes, NumberType::uint32, static_cast<double>(size));
   append_number(bytes, NumberType::uint32, type);
   bytes += contents;
   pad(bytes, type == kJson ? ' ' : '\0');
 }
 
-std::string with_header(const std::string& chunks) {
+std::string with_header(std::string chunks) {
   if (chunks.size() > std::numeric_limits<std::uint32_t>::max() - 16) {
     throw InvalidInput("the shape does not fit in a GLB file, which holds at most 4 GiB; use another format");
   }
   std::string bytes = "glTF";
   append_number(bytes, NumberType::uint32, 2);
   append_number(bytes, NumberType::uint32, static_cast<double>(12 + chunks.size()));
-  return bytes + chunks;
+  return std::move(chunks.insert(0, bytes));
 }
 
 Edit::Edit(const Document& document, const Layout& layout) : document_(document), layout_(layout), bin_(document.bin) {
@@ -182,7 +187,7 @@ const Edit::Array& Edit::array(const char* key) const {
 Span Edit::item(const char* key, std::size_t i) const { return array(key).items[i].value; }
 
 std::vector<Patch> Edit::attribute_patches(std::size_t mesh, const std::vector<std::size_t>& primitives,
-                                           const char* key, std::size_t accessor) {
+                                           const std::string& key, std::size_t accessor) {
   std::vector<Patch> patches;
   std::vector<Member>& items = primitives_[mesh];
   if (items.empty()) items = members(document_.text, *member(document_.text, item("meshes", mesh), "primitives"));
@@ -215,8 +220,8 @@ std::size_t Edit::append_accessor(const std::vector<float>& values, std::size_t 
   for (const float value : values) append_number(elements, NumberType::float32, double{value});
   return append_elements(
       elements, 0, kVertexData,
-      fmt::format(R"("componentType":5126,"count":{},"type":"VEC{}","min":{},"max":{})", values.size() / components,
-                  components, least_text(values, components), greatest_text(values, components)));
+      fmt::format(R"("componentType":5126,"count":{},"type":"{}","min":{},"max":{})", values.size() / components,
+                  vector_type(components), least_text(values, components), greatest_text(values, components)));
 }
 
 std::size_t Edit::append_elements(std::string_view elements, std::size_t stride, std::size_t target,
@@ -322,17 +327,18 @@ std::string Edit::finish() {
   std::string json = patched(document_.text, std::move(patches_));
   while (json.back() == ' ' || json.back() == '\0') json.pop_back();
   std::string chunks;
+  chunks.reserve(document_.bytes.size() - document_.bin.size() + json.size() + bin_.size());
   for (std::size_t i = 0; i < layout_.chunks.size(); ++i) {
     const Chunk& chunk = layout_.chunks[i];
     const bool is_bin = layout_.bin == i;
     const std::string_view kept = document_.bytes.substr(chunk.begin, chunk.size);
     append_chunk(chunks, chunk.type, i == 0 ? json : (is_bin ? bin_ : kept));
   }
-  return with_header(chunks) + std::string(document_.bytes.substr(layout_.end));
+  return with_header(std::move(chunks)).append(document_.bytes.substr(layout_.end));
 }
 
 bool is_understood(const std::string& extension) {
-  return extension == "KHR_mesh_quantization" || extension == "KHR_lights_punctual" ||
+  return extension == "KHR_mesh_quantization" || extension == kSplatting || extension == "KHR_lights_punctual" ||
          extension == "EXT_mesh_gpu_instancing" || extension.starts_with("KHR_materials_") ||
          extension.starts_with("KHR_texture_") || extension.starts_with("EXT_texture_");
 }

@@ -59,8 +59,8 @@ class Edit {
   Span item(const char* key, std::size_t i) const;
 
   // Patches that make the primitives of a mesh, the value of whose attribute is a number, use another accessor.
-  std::vector<Patch> attribute_patches(std::size_t mesh, const std::vector<std::size_t>& primitives, const char* key,
-                                       std::size_t accessor);
+  std::vector<Patch> attribute_patches(std::size_t mesh, const std::vector<std::size_t>& primitives,
+                                       const std::string& key, std::size_t accessor);
 
   void patch(const std::vector<Patch>& patches) { patches_.insert(patches_.end(), patches.begin(), patches.end()); }
 
@@ -70,7 +70,7 @@ class Edit {
   // Sets the min and max of the accessor, if it has them, to those of these values.
   void set_bounds(std::size_t accessor, const std::vector<float>& values, std::size_t components);
 
-  // Appends the values as a new accessor (VEC3 or VEC4) and returns its index.
+  // Appends the values as a new accessor (SCALAR, VEC3 or VEC4) and returns its index.
   std::size_t append_accessor(const std::vector<float>& values, std::size_t components);
 
   // Lets appended items take the numbers of these, whose bytes are removed from the file.
@@ -142,12 +142,15 @@ class Edit {
 void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents);
 
 // The header and the chunks of a file. Throws InvalidInput where it would exceed 4 GiB.
-std::string with_header(const std::string& chunks);
+std::string with_header(std::string chunks);
 
 // "[1,2.5]": the least, or greatest, of each component, in a form that reads back as the same number. What is not
 // finite does not count.
 std::string least_text(const std::vector<float>& values, std::size_t components);
 std::string greatest_text(const std::vector<float>& values, std::size_t components);
+
+// Returns the type of accessors with that many components.
+std::string vector_type(std::size_t components);
 
 // Appends a number as little-endian bytes.
 void append_number(std::string& bytes, NumberType type, double value);

@@ -41,12 +41,6 @@ TEST(ReadGlb, ASquareWithItsAttributes) {
   EXPECT_TRUE(shape.notes.empty());
 }
 
-TEST(ReadGlb, OfGaussianSplatsOnlyTheCentresMove) {
-  GlbFile file = square_glb();
-  file.json["extensionsUsed"] = {"KHR_gaussian_splatting"};
-  EXPECT_NE(file.parse().notes.at(0).find("only the centres move"), std::string::npos);
-}
-
 TEST(ReadGlb, EveryModeAndIndexType) {
   const auto read = [](int mode, int type, const auto& indices) {
     GlbFile file = square_glb();

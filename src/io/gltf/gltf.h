@@ -1,5 +1,5 @@
 // glTF 2.0 as text (.gltf) and binary (.glb): what a file holds, and its JSON. Sources: Khronos, "glTF 2.0
-// Specification" (2021), and KHR_mesh_quantization.
+// Specification" (2021), KHR_mesh_quantization and KHR_gaussian_splatting.
 //
 // Every file is read, and written back, as the GLB file that holds the same and whose one buffer is its binary chunk.
 #pragma once
@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -49,6 +50,7 @@ struct Block {
   std::optional<std::size_t> tangent;
   std::optional<std::size_t> uv;
   std::optional<std::size_t> color;
+  std::map<std::string, std::size_t> splats{};  // accessors of Gaussian splats by their keys; empty: there are none
   Placement placement;
 };
 
@@ -264,6 +266,31 @@ std::vector<Attribute> read_attributes(const Document& document, const std::vect
 // Whether an attribute of that key in the file becomes one of the mesh.
 bool is_read(const std::string& key);
 
+// The extension of a primitive of Gaussian splats; its attributes are named "KHR_gaussian_splatting:NAME".
+inline constexpr const char* kSplatting = "KHR_gaussian_splatting";
+
+// Returns the accessors of the splats that a primitive holds, by their keys; none for a primitive of other points or of
+// faces. Throws InvalidInput for splats that are compressed, incomplete, or of an unknown kernel.
+std::map<std::string, std::size_t> splat_accessors(const Value& primitive);
+
+// Appends the attributes of splats (splats.h) in world coordinates, if some block has splats; other vertices become
+// splats that are not seen. The mesh has all positions and faces. Throws InvalidInput for accessors that do not fit.
+void read_splats(const Document& document, const std::vector<Block>& blocks, Mesh& mesh,
+                 std::vector<std::string>& notes);
+
+// An attribute of splats as a file holds it.
+struct SplatNumbers {
+  std::string key;
+  std::vector<std::string> names;  // of the mesh's attributes, one for each component
+  std::vector<float> values;
+};
+
+// Returns the attributes of these splats of a mesh, in local coordinates. changed: attributes that have other values
+// than the mesh; those of the splats begin at number `first`.
+std::vector<SplatNumbers> local_splats(const Placement& placement, const Mesh& mesh,
+                                       std::span<const std::uint32_t> splats, std::span<const Attribute> changed = {},
+                                       std::size_t first = 0);
+
 // Returns the direction of a vector; zero for the zero vector and for one that is not finite.
 Vec3d direction(const Vec3d& v);
 
@@ -284,12 +311,15 @@ std::vector<Instance> find_instances(const Document& document, std::vector<std::
 // stored. Vertices that a seam in the texture or a hard edge repeats are not welded, and a mesh that several nodes
 // place has its vertices once for each. Attributes: "normal" (3, unit), "uv" (2; v upwards as in the other formats, 1
 // minus what the file holds), "color" (3 or 4, in the type of the file) and "tangent" (4), each if some primitive has
-// it. Throws InvalidInput also for what cannot be read without another file or a decoder. Vertices and corners may not
-// exceed 2^21 plus four for each byte of the file (a small file can place one mesh very often).
+// it, and those of splats. Throws InvalidInput also for what cannot be read without another file or a decoder. Vertices
+// and corners may not exceed 2^21 plus four for each byte of the file (a small file can place one mesh very often).
 Layout read_scene(ShapeFile& shape, std::string_view glb, const std::string& name);
 
-// The functions of both containers' codecs for the GLB file. The options change nothing.
-std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals);
+// The functions of both containers' codecs for the GLB file. Of the options only the changed attributes count.
+std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                        const WriteOptions& options);
+// Returns the GLB file with copies of these splats after the last one; empty if it has several parts with vertices.
+std::string glb_with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices);
 std::string generate_glb(const Mesh& mesh, const WriteOptions& options);
 std::string remeshed_glb(const NewMesh& shape);
 std::vector<std::string> losses(const Mesh& mesh);

@@ -29,6 +29,7 @@ class Reader {
       throw InvalidInput(Place{document_.source.file}, "there are no vertices in the scene; check what was exported");
     }
     shape_.mesh.attributes = read_attributes(document_, layout_.blocks, shape_.notes);
+    read_splats(document_, layout_.blocks, shape_.mesh, shape_.notes);
     append_notes();
     return std::move(layout_);
   }
@@ -37,11 +38,6 @@ class Reader {
   Value root() const { return document_.root(); }
 
   void note_extensions() {
-    for (std::size_t i = 0; i < root().count("extensionsUsed"); ++i) {
-      if (root().item("extensionsUsed", i).text() != "KHR_gaussian_splatting") continue;
-      shape_.notes.emplace_back(
-          "of its Gaussian splats only the centres move, and sizes, turns and colours stay; convert it to PLY first");
-    }
     for (std::size_t i = 0; i < root().count("extensionsRequired"); ++i) {
       const std::string extension = root().item("extensionsRequired", i).text();
       if (is_understood(extension)) continue;
@@ -95,6 +91,7 @@ class Reader {
     const Value attributes = primitive.at("attributes");
     block.position = attributes.at("POSITION").whole();
     for (const Semantic& semantic : kSemantics) block.*semantic.accessor = attributes.whole(semantic.key);
+    block.splats = splat_accessors(primitive);
     return block;
   }
 
@@ -104,7 +101,7 @@ class Reader {
     for (auto known = begin; known != end; ++known) {
       take(1);
       Block& block = layout_.blocks[known->second];
-      bool fits = true;
+      bool fits = block.splats == wanted.splats;
       for (const Semantic& semantic : kSemantics) {
         const auto& a = block.*semantic.accessor;
         const auto& b = wanted.*semantic.accessor;

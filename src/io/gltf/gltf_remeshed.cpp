@@ -17,15 +17,6 @@ namespace {
 
 constexpr std::uint32_t kNoVertex = 0xffffffffu;
 
-std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh) {
-  const std::vector<bool> used = used_vertices(mesh);
-  std::vector<std::uint32_t> unused;
-  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (!used[v]) unused.push_back(v);
-  }
-  return unused;
-}
-
 // The values of an attribute at a vertex as the file holds them: in the node's coordinates, v downwards.
 std::vector<double> to_local(const Semantic& semantic, const Placement& placement, std::vector<double> values) {
   const std::string_view key = semantic.key;
@@ -89,6 +80,8 @@ class NewVertices {
   std::size_t append_positions(const Block& block, const std::vector<std::uint32_t>& vertices, Edit& edit) const;
   std::size_t append_attribute(const Block& block, const Semantic& semantic, const std::vector<std::uint32_t>& vertices,
                                Edit& edit) const;
+  void append_splats(const Block& block, const std::vector<std::uint32_t>& vertices,
+                     std::map<std::string, std::size_t>& accessors, Edit& edit) const;
 
   const NewMesh& shape_;
   const Document& document_;
@@ -159,7 +152,27 @@ std::map<std::string, std::size_t> NewVertices::append(const Block& block, const
   for (const Semantic& semantic : kSemantics) {
     if (block.*semantic.accessor) accessors[semantic.key] = append_attribute(block, semantic, vertices, edit);
   }
+  if (!block.splats.empty()) append_splats(block, vertices, accessors, edit);
   return accessors;
+}
+
+void NewVertices::append_splats(const Block& block, const std::vector<std::uint32_t>& vertices,
+                                std::map<std::string, std::size_t>& accessors, Edit& edit) const {
+  for (SplatNumbers& numbers : local_splats(block.placement, shape_.mesh, vertices)) {
+    const auto accessor = block.splats.find(numbers.key);
+    if (accessor == block.splats.end()) continue;
+    const std::size_t n = numbers.names.size();
+    const std::vector<double> old =
+        read_accessor(document_, accessor->second, find_accessor(document_, accessor->second), true);
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+      const std::uint32_t origin = origin_[vertices[k]];
+      if (origin == kNoVertex || !is_same_vertex(origin, vertices[k])) continue;
+      for (std::size_t c = 0; c < n; ++c) {
+        numbers.values[k * n + c] = static_cast<float>(old[(origin - block.first) * n + c]);
+      }
+    }
+    accessors[numbers.key] = edit.append_accessor(numbers.values, n);
+  }
 }
 
 std::size_t NewVertices::append_positions(const Block& block, const std::vector<std::uint32_t>& vertices,

@@ -11,6 +11,7 @@
 #include "io/gltf/gltf.h"
 #include "io/text.h"
 #include "knead/mesh.h"
+#include "knead/splats.h"
 
 namespace knead::io_detail::gltf {
 namespace {
@@ -36,12 +37,23 @@ struct Packing {
 class Generator {
  public:
   explicit Generator(const Mesh& mesh)
-      : mesh_(mesh), held_(writable_attributes(mesh).attributes), split_(split_vertices(mesh, held_)) {}
+      : mesh_(mesh), held_(writable_attributes(mesh).attributes), split_(split_vertices(mesh, held_)) {
+    if (!are_splats(mesh)) return;
+    splats_ = local_splats({}, mesh, split_.original);
+    std::set<std::string> written;
+    for (const SplatNumbers& numbers : splats_) written.insert(numbers.names.begin(), numbers.names.end());
+    std::erase_if(held_, [&](const WritableAttribute& held) {  // also normals for which a file only has room
+      const std::vector<double>& values = held.attribute.values;
+      const bool is_empty = std::all_of(values.begin(), values.end(), [](double x) { return x == 0; });
+      return written.contains(held.attribute.name) || (held.key == "NORMAL" && is_empty);
+    });
+  }
 
   std::string run() {
     Json json{{"asset", Json{{"version", "2.0"}, {"generator", "Knead"}}},
               {"scene", 0},
               {"scenes", list_of(Json{{"nodes", list_of(0)}})}};
+    if (!splats_.empty()) json.set("extensionsUsed", list_of(kSplatting));
     if (mesh_.positions.empty()) {
       json.set("nodes", list_of(Json::object()));
     } else {
@@ -55,7 +67,7 @@ class Generator {
     std::string chunks;
     append_chunk(chunks, kJson, to_text(json));
     if (!bin_.empty()) append_chunk(chunks, kBin, bin_);
-    return with_header(chunks);
+    return with_header(std::move(chunks));
   }
 
  private:
@@ -64,9 +76,14 @@ class Generator {
   Json primitive() {
     Json attributes{{"POSITION", positions()}};
     for (const WritableAttribute& held : held_) attributes.set(held.key, values(held));
+    for (const SplatNumbers& numbers : splats_) attributes.set(numbers.key, values(numbers));
     Json primitive{{"attributes", attributes}};
     if (mesh_.face_count() > 0) primitive.set("indices", indices());
     primitive.set("mode", mesh_.face_count() > 0 ? kTriangles : kPoints);
+    if (!splats_.empty()) {
+      const Json kind{{"kernel", "ellipse"}, {"colorSpace", "srgb_rec709_display"}};
+      primitive.set("extensions", Json{{kSplatting, kind}});
+    }
     return primitive;
   }
 
@@ -120,8 +137,15 @@ class Generator {
     return append_accessor(begin,
                            {{"componentType", is_bytes ? 5121 : (is_shorts ? 5123 : 5126)},
                             {"count", split_.original.size()},
-                            {"type", n == 1 ? "SCALAR" : fmt::format("VEC{}", n)}},
+                            {"type", vector_type(n)}},
                            {kVertexData, is_integer, is_integer && n == 3 ? (is_bytes ? 4 : 8) : 0});
+  }
+
+  std::size_t values(const SplatNumbers& numbers) {
+    const std::size_t begin = bin_.size();
+    for (const float value : numbers.values) append_number(bin_, NumberType::float32, double{value});
+    const std::string type = vector_type(numbers.names.size());
+    return append_accessor(begin, {{"componentType", 5126}, {"count", split_.original.size()}, {"type", type}}, {});
   }
 
   void append_element(const WritableAttribute& held, std::size_t i) {
@@ -174,6 +198,7 @@ class Generator {
   const Mesh& mesh_;
   std::vector<WritableAttribute> held_;
   SplitVertices split_;
+  std::vector<SplatNumbers> splats_;
   std::vector<Vec3d> surface_normals_;
   Json views_ = Json::array();
   Json accessors_ = Json::array();
@@ -182,7 +207,7 @@ class Generator {
 
 // New values of one attribute of a block.
 struct Change {
-  const char* key = nullptr;
+  std::string key;
   std::size_t accessor = 0;
   std::size_t components = 3;
   std::vector<float> values;          // of the whole accessor, local
@@ -222,8 +247,8 @@ std::vector<Vec3d> vectors_of(const Mesh& mesh, const char* name) {
 class Comparison {
  public:
   Comparison(const ShapeFile& source, const Document& document, std::span<const Vec3d> positions,
-             std::span<const Vec3d> normals)
-      : source_(source), document_(document), positions_(positions), normals_(normals) {
+             std::span<const Vec3d> normals, const WriteOptions& options)
+      : source_(source), document_(document), positions_(positions), normals_(normals), options_(options) {
     if (normals.empty()) return;
     old_normals_ = vectors_of(source.mesh, "normal");
     old_tangents_ = vectors_of(source.mesh, "tangent");
@@ -244,6 +269,7 @@ class Comparison {
       add(changes, compared("TANGENT", *block.tangent, old_tangents_, tangents_, block,
                             [&](const Vec3d& t) { return direction(block.placement.inverse * t); }));
     }
+    if (!block.splats.empty()) add_splats(changes, block);
     return changes;
   }
 
@@ -252,20 +278,49 @@ class Comparison {
     if (!change.elements.empty()) changes.push_back(std::move(change));
   }
 
-  template <class ToLocal>
-  Change compared(const char* key, std::size_t index, std::span<const Vec3d> before, std::span<const Vec3d> after,
-                  const Block& block, ToLocal to_local) const {
+  void add_splats(Changes& changes, const Block& block) const {
+    const std::span<const std::uint32_t> all = options_.changed;
+    const auto begin = std::lower_bound(all.begin(), all.end(), block.first);
+    const auto end = std::lower_bound(begin, all.end(), block.first + block.count);
+    const auto first = static_cast<std::size_t>(begin - all.begin());
+    const std::span<const std::uint32_t> splats(begin, end);
+    if (splats.empty()) return;
+    for (const SplatNumbers& now : local_splats(block.placement, source_.mesh, splats, options_.attributes, first)) {
+      const auto accessor = block.splats.find(now.key);
+      if (accessor == block.splats.end()) continue;
+      Change change = unchanged(now.key, accessor->second);
+      for (std::size_t k = 0; k < splats.size(); ++k) {
+        const std::size_t element = splats[k] - block.first;
+        const float* const from = now.values.data() + k * change.components;
+        float* const to = change.values.data() + element * change.components;
+        if (std::equal(from, from + change.components, to)) continue;
+        std::copy_n(from, change.components, to);
+        change.elements.push_back(element);
+      }
+      add(changes, std::move(change));
+    }
+  }
+
+  // The numbers that the file has.
+  Change unchanged(const std::string& key, std::size_t index) const {
     Change change;
     change.key = key;
     change.accessor = index;
-    bool is_equal = true;
-    for (std::size_t i = block.first; is_equal && i < block.first + block.count; ++i) is_equal = before[i] == after[i];
-    if (is_equal) return change;
     const Accessor accessor = find_accessor(document_, index);
     change.components = accessor.components;
     for (const double value : read_accessor(document_, index, accessor, true)) {
       change.values.push_back(static_cast<float>(value));
     }
+    return change;
+  }
+
+  template <class ToLocal>
+  Change compared(const char* key, std::size_t index, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                  const Block& block, ToLocal to_local) const {
+    bool is_equal = true;
+    for (std::size_t i = block.first; is_equal && i < block.first + block.count; ++i) is_equal = before[i] == after[i];
+    if (is_equal) return {};
+    Change change = unchanged(key, index);
     for (std::size_t i = 0; i < block.count; ++i) {
       const std::size_t vertex = block.first + i;
       if (before[vertex] == after[vertex]) continue;
@@ -297,6 +352,7 @@ class Comparison {
   const Document& document_;
   std::span<const Vec3d> positions_;
   std::span<const Vec3d> normals_;
+  const WriteOptions& options_;
   std::vector<Vec3d> old_normals_;
   std::vector<Vec3d> old_tangents_;
   std::vector<Vec3d> tangents_;
@@ -358,9 +414,9 @@ class Rewriter {
         !readers_.others_read(index)) {
       const Change& change = *claims.front().second;
       for (const std::size_t i : change.elements) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          edit_.overwrite(accessor.dense->begin + i * accessor.dense->stride + 4 * axis,
-                          change.values[i * change.components + axis]);
+        for (std::size_t c = 0; c < change.components; ++c) {
+          edit_.overwrite(accessor.dense->begin + i * accessor.dense->stride + 4 * c,
+                          change.values[i * change.components + c]);
         }
       }
       edit_.set_bounds(index, change.values, change.components);
@@ -425,10 +481,11 @@ std::string generate_glb(const Mesh& mesh, const WriteOptions& /*options*/) { re
 // bounds of its accessors and what those need are replaced. Data that the file stores as integers, sparsely, or in
 // bytes that something else reads too, is appended as new floats; a mesh that several nodes place gets copies where
 // they moved differently.
-std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals) {
+std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                        const WriteOptions& options) {
   const Layout& layout = layout_of<Layout>(source);
   const Document document = open_document(glb_bytes(source), layout, "source");
-  const Comparison comparison(source, document, positions, normals);
+  const Comparison comparison(source, document, positions, normals, options);
   std::vector<Changes> changes;
   bool is_changed = false;
   for (const Block& block : layout.blocks) {
@@ -446,6 +503,7 @@ std::vector<std::string> losses(const Mesh& mesh) {
   const bool has_seams = std::any_of(held.attributes.begin(), held.attributes.end(),
                                      [](const WritableAttribute& h) { return h.attribute.domain == Domain::corner; });
   if (has_seams) losses.push_back("GLB holds one value of an attribute at a vertex; vertices along seams are split");
+  if (mesh.face_count() > 0 && have_splats(mesh)) losses.push_back("a new GLB file holds no splats beside faces");
   if (cut > 0) losses.push_back("GLB holds triangles only; faces with more than three corners are cut");
   if (!are_floats(mesh.positions)) losses.push_back("GLB holds floats only; coordinates are rounded to seven digits");
   return losses;
@@ -457,7 +515,9 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
   const Value root = document.root();
   std::vector<std::string> losses;
   for (const Kind& kind : kKinds) {
-    if (root.find(kind.key)) losses.emplace_back(kind.loss);
+    const bool is_kept =
+        kind.key == std::string_view("extensionsUsed") && are_splats(source.mesh) && root.count(kind.key) == 1;
+    if (root.find(kind.key) && !is_kept) losses.emplace_back(kind.loss);
   }
   if (root.count("nodes") > 1) losses.emplace_back("the tree of nodes is left out; every mesh is placed where it is");
   if (document.text.find("\"extras\"") != std::string_view::npos) losses.emplace_back("extras are left out");
