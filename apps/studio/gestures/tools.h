@@ -73,6 +73,7 @@ struct StampShape {
 struct PrintPicture {
   std::string file;              // in the document's folder of stamps
   std::filesystem::path source;  // where it came from
+  std::vector<PlaneLine> outline{};
 };
 
 // The placement of rotate, stretch, twist, bend and stamp. x, y and z are unit vectors, perpendicular to each other. A
@@ -150,6 +151,7 @@ struct StudioTool {
   ToolGroup group;
   const char* tip;                 // one sentence: what it does
   const char* also = "";           // other words for the search
+  double size = 1;                 // the radius at first, relative to that of other tools
   bool has_inner = false;          // its inner ratio can be set
   bool is_long = false;            // of ToolUse::pull: a capsule across the view instead of a ball
   const Brush* brush = nullptr;    // of ToolUse::paint, and of a ToolUse::pull with the wide falloff
@@ -203,6 +205,8 @@ struct OwnSettings {
   double pinch = 0.7;     // of tools that pinch or flatten: the logarithm by which a layer thins the surface, > 0
   bool paint_in = false;  // paint and print press in, inflate shrinks; Ctrl inverts
 };
+
+inline constexpr double kBallOfCube = 4.18879020478639;  // the volume of a ball of radius 1
 
 // The settings of panels and keys. Lengths are in the mesh's own units.
 struct ToolSettings : OwnSettings {

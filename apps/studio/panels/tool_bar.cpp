@@ -252,6 +252,7 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   const ToolSettings& settings = studio.tools().settings();
   const StudioTool& tool = *settings.tool;
   std::vector<HandSetting> all;
+  all.push_back({142, [&](float /*pixels*/) { draw_hand_mirrors(studio); }, true});  // where it is, whatever the tool
   if (has_mode(studio)) all.push_back({130, [&](float width) { draw_mode(studio, width); }});
   if (has_radius(settings)) all.push_back({kSliderWidth, [&](float width) { draw_hand_radius(studio, width); }});
   for (const std::string_view slider : tool.sliders) {
@@ -264,7 +265,6 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   if (blends(settings)) {
     all.push_back({110, [&](float width) { draw_tool_setting(studio, "falloff", width); }});
   }
-  all.push_back({142, [&](float /*pixels*/) { draw_hand_mirrors(studio); }, true});
   if (has_drag_mode(settings)) all.push_back({170, [&](float width) { draw_drag_mode(studio, width); }});
   return all;
 }
