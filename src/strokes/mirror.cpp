@@ -180,8 +180,7 @@ std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
     for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
       const Vec3d place = anchors[k] + displacement_of(segment, field) * time;
       places.push_back(place);
-      add_places(place, field.thresholds.inner, places);
-      add_places(place, size, places);
+      for (const double reach : {field.thresholds.inner, field.thresholds.bump, size}) add_places(place, reach, places);
     }
   }
   return places;

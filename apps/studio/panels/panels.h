@@ -109,7 +109,7 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout);
 
 // Above and below the bar's widgets, and the room for the tool's name, in points.
 inline constexpr float kTopBarPadding = 6;
-inline constexpr float kNameWidth = 128;
+inline constexpr float kNameWidth = 150;
 
 void draw_top_bar(Studio& studio, const Gui& gui, const Layout& layout);
 

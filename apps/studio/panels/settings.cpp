@@ -349,6 +349,7 @@ void draw_solid(ShapeKind kind, ImVec2 center, float half) {
 // By pictures, three in a row.
 void choose_stamp(Studio& studio, float width) {
   const auto& stamp = studio.tools().placed().stamp;
+  ImGui::SetNextWindowSizeConstraints({0, 0}, ImGui::GetIO().DisplaySize);  // all rows
   if (!begin_list("##stamp", stamp ? stamp->name : "none", width)) return;
   const float size = 4 * ImGui::GetFontSize();
   for (const std::string_view name : shape_names()) {

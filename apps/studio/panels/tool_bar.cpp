@@ -288,7 +288,7 @@ void draw_tool_name(const Studio& studio, const Gui& gui, bool has_room = true) 
   Gui::end_heading();
   help_on_hover(tool.tip);
   // A place for the longest name, so that the sliders stay where they are.
-  ImGui::SameLine(std::max(kNameWidth * gui.unit(), ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x + height));
+  ImGui::SameLine(std::max(kNameWidth * gui.unit(), ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x));
 }
 
 }  // namespace
@@ -353,7 +353,7 @@ constexpr int kToolColumns = 3;
 void draw_tools_popup(Studio& studio, const Gui& gui, const Area& bar) {
   ImGui::SetNextWindowPos({bar.left + kPanelGap * gui.unit(), bar.top}, ImGuiCond_Always, {0, 1});
   if (!ImGui::BeginPopup(kToolsPopup)) return;
-  const float room = std::min(bar.width() - 6 * kPanelGap * gui.unit(), 3.2F * kNameWidth * gui.unit());
+  const float room = std::min(bar.width() - 6 * kPanelGap * gui.unit(), 2.7F * kNameWidth * gui.unit());
   const ImVec2 size{room / kToolColumns, kTouchSize * gui.unit()};
   for (const ToolGroup group : kToolGroups) {
     ImGui::TextDisabled("%s", name_of(group));
