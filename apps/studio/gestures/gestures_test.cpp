@@ -180,11 +180,11 @@ TEST_F(GesturesTest, AnInflatedShapeGainsTheVolumeThatIsSetAndNothingBeyondTheRa
   run(studio, R"({"drag": [[0, 0, 1], [0.3, 0, 0.95]]})");
   ASSERT_EQ(studio.document().shown().history.size(), 1u);
   EXPECT_EQ(errors(studio), "");
-  const double volume = 0.05 * kBallOfCube * 0.125;
+  const double volume = 0.06 * 0.125;
   EXPECT_NEAR(volume_of(studio), before + volume, 1e-4 * volume);
   const InflateStroke stroke = std::get<InflateStroke>(last_strokes(studio).front());
   EXPECT_GT(stroke.points.size(), 1u);
-  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Grow by 5.0%");
+  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Inflate by 1.4%");
   const std::vector<Vec3d> now = positions(studio);
   for (std::size_t i = 0; i < start.size(); ++i) {
     const bool is_far = std::all_of(stroke.points.begin(), stroke.points.end(),
