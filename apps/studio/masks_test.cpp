@@ -89,10 +89,12 @@ TEST_F(StudioTest, AHiddenPartIsNeitherSeenNorMetButMoves) {
   EXPECT_EQ(seen(), studio.document().shown().state.mesh->face_count());
   EXPECT_TRUE(is_met(260));
   // The other way round; and nothing is hidden where nothing would be left.
-  run(studio, std::string(R"({"set": {"mirror": [false, false, false]}})") + "\n" + kLeftHalf + R"({"key": "Shift+H"})");
+  run(studio,
+      std::string(R"({"set": {"mirror": [false, false, false]}})") + "\n" + kLeftHalf + R"({"key": "Shift+H"})");
   EXPECT_TRUE(is_met(260));
-  EXPECT_FALSE(studio.document().shown().picker->pick(ray_through(studio.view().screen(), 540, 300),
-                                                     studio.document().shown().state)
+  EXPECT_FALSE(studio.document()
+                   .shown()
+                   .picker->pick(ray_through(studio.view().screen(), 540, 300), studio.document().shown().state)
                    .value_or(SurfaceHit{})
                    .point.x > 0.05);
   const std::size_t isolated = seen();

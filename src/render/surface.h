@@ -65,8 +65,8 @@ void main() {
 // n; size: of a sample there.
 //
 // cavity: the divergence of the normals, from groove (< 0) to ridge (> 0), at two distances; a neighbour off the plane
-// or on an outline may be another surface, and there is no cavity beside one. occlusion: the part of the light that arrives, 1 for a plane;
-// McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
+// or on an outline may be another surface, and there is no cavity beside one. occlusion: the part of the light that
+// arrives, 1 for a plane; McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
 inline constexpr const char* kRelief = R"(
 uniform sampler2D depth_map, normal_map;
 uniform float sample_size;      // at distance 1 in perspective (surface.h)

@@ -159,8 +159,8 @@ void Document::hide_faces(const MaskValues& mask, bool masked) {
   std::vector<bool> stays(hidden.size());
   for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
     const auto face = mesh.face(f);
-    const bool is_masked = std::all_of(face.begin(), face.end(),
-                                       [&](std::uint32_t v) { return v < mask.size() && mask[v] >= half; });
+    const bool is_masked =
+        std::all_of(face.begin(), face.end(), [&](std::uint32_t v) { return v < mask.size() && mask[v] >= half; });
     (is_masked == masked ? chosen : stays)[source_of(state, f)] = true;
   }
   bool is_any_left = false;

@@ -409,11 +409,11 @@ const std::vector<Menu>& menus() {
         {save, save_as, export_shape, export_frames, picture, poster, turntable},
         {stamp_file, reference_image},
         {quit}}},
-      {"Edit", {{undo, redo}, {mirror_x, mirror_y, mirror_z, remesh, remesh_last}, {hide_masked, hide_unmasked, show_all}, {fit}}},
+      {"Edit", {{undo, redo}, {mirror_x, mirror_y, mirror_z, remesh, remesh_last}, {fit}}},
       {"View",
        {{frame_all, view_front, view_back, view_right, view_left, view_top, view_bottom, keep_view, kept_view,
          frame_stroke, projection},
-
+        {hide_masked, hide_unmasked, show_all},
         {wireframe, shading, next_matcap, cavity, occlusion, background, references, influence, region, stretch,
          cutting_plane},
         {panels, tool_labels, history, statistics, full_screen}}},

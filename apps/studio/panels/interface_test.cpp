@@ -535,7 +535,8 @@ TEST_F(InterfaceTest, NoRowOfTheHistoryMovesWhenAnEntryIsChosen) {
     if (i != 3 && i != 21) continue;  // where all have room, and where they scroll
     for (int k = 0; k < 3; ++k) panels.frame();
     const int entry = i - 2;
-    const ImGuiID name = ImHashStr("###name", 0, ImHashData(&entry, sizeof entry, ImGui::FindWindowByName("History")->ID));
+    const ImGuiID name =
+        ImHashStr("###name", 0, ImHashData(&entry, sizeof entry, ImGui::FindWindowByName("History")->ID));
     const auto before = panels.place_of(name);
     ASSERT_TRUE(before) << i;
     panels.studio.history().select(i - 3);

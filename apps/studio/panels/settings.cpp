@@ -22,7 +22,7 @@ namespace knead::studio {
 
 namespace {
 
-constexpr float kEdge = 7;         // points at the left of the panel that can be dragged
+constexpr float kEdge = 7;             // points at the left of the panel that can be dragged
 constexpr float kMostOfEditor = 0.7F;  // of the room of the history
 constexpr std::size_t kVerticesOfPicture = 800;
 constexpr double kSoftest = 0.01;  // of a part of a pose
@@ -183,10 +183,10 @@ void draw_fineness(double& detail) {
 }
 
 void draw_mask(Studio& studio) {
-  constexpr std::array actions{std::pair{Action::mask_fill, "Fill"},       std::pair{Action::mask_clear, "Clear"},
-                               std::pair{Action::mask_invert, "Invert"},   std::pair{Action::mask_blur, "Blur"},
-                               std::pair{Action::mask_grow, "Grow"},       std::pair{Action::mask_shrink, "Shrink"},
-                               std::pair{Action::hide_masked, "Hide"},     std::pair{Action::hide_unmasked, "Isolate"},
+  constexpr std::array actions{std::pair{Action::mask_fill, "Fill"},     std::pair{Action::mask_clear, "Clear"},
+                               std::pair{Action::mask_invert, "Invert"}, std::pair{Action::mask_blur, "Blur"},
+                               std::pair{Action::mask_grow, "Grow"},     std::pair{Action::mask_shrink, "Shrink"},
+                               std::pair{Action::hide_masked, "Hide"},   std::pair{Action::hide_unmasked, "Isolate"},
                                std::pair{Action::show_all, "Show all"}};
   for (std::size_t i = 0; i < actions.size(); ++i) {
     if (i % 3 != 0) ImGui::SameLine();
@@ -496,8 +496,7 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SideP
   if (!has_editor) panel.editor_height = 0;
   if (!has_editor) return;
   const Area below{area.left, bottom, area.right, bottom + for_editor};
-  panel.editor_height =
-      draw_window(studio, gui, "Entry", below, [&] { draw_entry_editor(studio, panel.editor); });
+  panel.editor_height = draw_window(studio, gui, "Entry", below, [&] { draw_entry_editor(studio, panel.editor); });
 }
 
 // --- mirrors and radial symmetry -------------------------------------------------------------------------------------

@@ -171,7 +171,6 @@ void carry(Studio& studio, std::size_t entry) {
   ImGui::EndDragDropTarget();
 }
 
-
 void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   const HistoryEntry& shown = *studio.document().shown().history[entry];
   const float height = ImGui::GetFrameHeight();
