@@ -412,6 +412,7 @@ void draw_drag_mode(Studio& studio, float width) { draw_tool_setting(studio, "dr
 
 bool has_radius(const ToolSettings& settings) {
   if (settings.tool->use == ToolUse::bend_along) return false;
+  if (settings.tool->use == ToolUse::mask) return settings.mask_mode == MaskMode::paint;
   return settings.tool->use != ToolUse::pose || settings.pose == PoseMode::exact || settings.pose == PoseMode::brush;
 }
 

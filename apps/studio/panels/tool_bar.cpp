@@ -261,7 +261,9 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   if (!tool.strength.empty()) {
     all.push_back({kSliderWidth, [&](float width) { draw_tool_setting(studio, tool.strength, width); }});
   }
-  if (tool.has_inner) all.push_back({110, [&](float width) { draw_hand_inner(studio, width); }});
+  if (tool.has_inner && has_radius(settings)) {
+    all.push_back({125, [&](float width) { draw_hand_inner(studio, width); }});
+  }
   if (blends(settings)) {
     all.push_back({110, [&](float width) { draw_tool_setting(studio, "falloff", width); }});
   }

@@ -129,6 +129,21 @@ TEST_F(ToolBarTest, TheBarHasTheMirrorsAndWhatRarelyChangesIsFolded) {
   }
 }
 
+TEST_F(ToolBarTest, ABoxOrLassoOfAMaskHasNoRadius) {
+  ShownPanels panels(options(), 1280, 800);
+  open_ball(panels);
+  run(panels.studio, R"({"tool": "mask"})");
+  for (const MaskMode mode : {MaskMode::paint, MaskMode::lasso, MaskMode::box}) {
+    panels.studio.tools().settings().mask_mode = mode;
+    panels.frame();
+    ImGuiWindow& bar = *ImGui::FindWindowByName("Tool");
+    for (const char* label : {"##Radius", "##Inner ratio"}) {
+      const bool is_there = panels.place_in(panels.interface.layout().top_bar, bar.GetID(label)).has_value();
+      EXPECT_EQ(is_there, mode == MaskMode::paint) << label;
+    }
+  }
+}
+
 TEST_F(ToolBarTest, ARightClickOpensTheSameSettingsAtThePointer) {
   ShownPanels panels(options(), 1280, 800);
   open_ball(panels);
