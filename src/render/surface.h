@@ -65,7 +65,7 @@ void main() {
 // n; size: of a sample there.
 //
 // cavity: the divergence of the normals, from groove (< 0) to ridge (> 0), at two distances; a neighbour off the plane
-// or on an outline may be another surface, and there is no cavity beside one. occlusion: the part of the light that
+// or on an outline may be another surface, and the one opposite counts twice. occlusion: the part of the light that
 // arrives, 1 for a plane; McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
 inline constexpr const char* kRelief = R"(
 uniform sampler2D depth_map, normal_map;
@@ -88,11 +88,12 @@ vec2 lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, vec3 v, float size
   vec3 m = normalize(other.xyz);
   return vec2(dot(m - n, axis), (1.0 - smoothstep(1.0, 2.0, off)) * is_inside(m, v));
 }
+float across(vec2 a, vec2 b) { return 2.0 * (a.y * a.x - b.y * b.x) / max(a.y + b.y, 1.0); }
 float spread(ivec2 texel, int away, vec3 p, vec3 n, vec3 v, float size) {
   vec3 x = normalize(side), y = normalize(top);
   vec2 right = lean(texel, ivec2(away, 0), x, p, n, v, size), left = lean(texel, ivec2(-away, 0), x, p, n, v, size);
   vec2 above = lean(texel, ivec2(0, away), y, p, n, v, size), below = lean(texel, ivec2(0, -away), y, p, n, v, size);
-  return right.y * left.y * above.y * below.y * (right.x - left.x + above.x - below.x);
+  return across(right, left) + across(above, below);
 }
 // As a factor of brightness.
 float cavity(ivec2 texel, vec3 p, vec3 n, vec3 v, float size) {
