@@ -78,7 +78,8 @@ float size_at(float depth) { return sample_size * mix(1.0, distance_at(depth), p
 
 // On the outline every surface turns away.
 float is_inside(vec3 n, vec3 v) { return smoothstep(0.1, 0.6, dot(n, v)); }
-// The component of a neighbour's normal along an axis; and from 0 to 1 how surely it belongs to the same surface.
+// The component of a neighbour's normal along an axis, within limits, so that sharp folds make no dots; and from 0 to 1
+// how surely it belongs to the same surface.
 vec2 lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, vec3 v, float size) {
   ivec2 at = clamp(texel + away, ivec2(0), ivec2(samples) - 1);
   vec4 other = texelFetch(normal_map, at, 0);
@@ -86,7 +87,7 @@ vec2 lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, vec3 v, float size
   if (other.w < 0.99 || depth == 1.0) return vec2(0.0);
   float off = abs(dot(n, place_of(vec2(at) + 0.5, depth) - p)) / (length(vec2(away)) * size);
   vec3 m = normalize(other.xyz);
-  return vec2(dot(m - n, axis), (1.0 - smoothstep(1.0, 2.0, off)) * is_inside(m, v));
+  return vec2(clamp(dot(m - n, axis), -0.25, 0.25), (1.0 - smoothstep(1.0, 2.0, off)) * is_inside(m, v));
 }
 float across(vec2 a, vec2 b) { return 2.0 * (a.y * a.x - b.y * b.x) / max(a.y + b.y, 1.0); }
 float spread(ivec2 texel, int away, vec3 p, vec3 n, vec3 v, float size) {

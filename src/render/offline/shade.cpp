@@ -305,7 +305,8 @@ Lean Shader::lean(const Point& point, int dx, int dy, const Vec3f& axis, float s
   const float away = static_cast<float>(std::abs(dx + dy)) * size;
   if (!(drawn_.depth_at(x, y) < 1 && off < 2 * away)) return {};
   const Vec3f other = normalized(drawn_.normal_at(x, y));
-  return {dot(other - point.facing, axis), (1 - smooth_step(1, 2, off / away)) * is_inside(other, point.v)};
+  return {std::clamp(dot(other - point.facing, axis), -0.25F, 0.25F),
+          (1 - smooth_step(1, 2, off / away)) * is_inside(other, point.v)};
 }
 
 float Shader::spread(const Point& point, int away, float size) const {
