@@ -335,7 +335,8 @@ double speed_of_images(const Segment& segment) {
   for (const double time : {0.0, 0.5, 1.0}) {
     const std::vector<Vec3d> places = places_in_tools(segment, time);
     of_sum = std::max(of_sum, greatest_speed(segment, places, time));
-    of_one = std::max(of_one, greatest_speed(segment.parts.front(), places, time));
+    // The places are not mirror images of each other, so that each part is seen at other ones.
+    for (const Segment& part : segment.parts) of_one = std::max(of_one, greatest_speed(part, places, time));
   }
   return of_one > 0 ? of_sum / of_one : 1;
 }
