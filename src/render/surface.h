@@ -64,9 +64,9 @@ void main() {
 // samples; normals have w = 1 where a shape is. Both functions use the plane through the sample p with the unit normal
 // n; size: of a sample there.
 //
-// cavity: the divergence of the normals, from groove (< 0) to ridge (> 0), at two distances; a neighbour off the plane
-// or on an outline may be another surface, and the one opposite counts twice. occlusion: the part of the light that
-// arrives, 1 for a plane; McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
+// cavity: the divergence of the normals, from groove (< 0) to ridge (> 0), at two distances; a neighbour off the plane,
+// far away in it or on an outline may be another surface, and the one opposite counts twice. occlusion: the part of the
+// light that arrives, 1 for a plane; McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
 inline constexpr const char* kRelief = R"(
 uniform sampler2D depth_map, normal_map;
 uniform float sample_size;      // at distance 1 in perspective (surface.h)
@@ -78,6 +78,8 @@ float size_at(float depth) { return sample_size * mix(1.0, distance_at(depth), p
 
 // On the outline every surface turns away.
 float is_inside(vec3 n, vec3 v) { return smoothstep(0.1, 0.6, dot(n, v)); }
+// The mean of the normals of two surfaces in one pixel is short.
+float is_one(vec4 mean_normal) { return smoothstep(0.96, 0.99, length(mean_normal.xyz)); }
 // The component of a neighbour's normal along an axis, within limits, so that sharp folds make no dots; and from 0 to 1
 // how surely it belongs to the same surface.
 vec2 lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, vec3 v, float size) {
@@ -85,9 +87,11 @@ vec2 lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, vec3 v, float size
   vec4 other = texelFetch(normal_map, at, 0);
   float depth = texelFetch(depth_map, at, 0).x;
   if (other.w < 0.99 || depth == 1.0) return vec2(0.0);
-  float off = abs(dot(n, place_of(vec2(at) + 0.5, depth) - p)) / (length(vec2(away)) * size);
+  vec3 d = place_of(vec2(at) + 0.5, depth) - p;
+  float off = max(abs(dot(n, d)), 0.3 * length(d) * dot(n, v)) / (length(vec2(away)) * size);
   vec3 m = normalize(other.xyz);
-  return vec2(clamp(dot(m - n, axis), -0.25, 0.25), (1.0 - smoothstep(1.0, 2.0, off)) * is_inside(m, v));
+  float weight = is_one(other) * is_inside(m, v);
+  return vec2(clamp(dot(m - n, axis), -0.25, 0.25), (1.0 - smoothstep(0.3, 0.8, off)) * weight);
 }
 float across(vec2 a, vec2 b) { return 2.0 * (a.y * a.x - b.y * b.x) / max(a.y + b.y, 1.0); }
 float spread(ivec2 texel, int away, vec3 p, vec3 n, vec3 v, float size) {
@@ -100,7 +104,7 @@ float spread(ivec2 texel, int away, vec3 p, vec3 n, vec3 v, float size) {
 float cavity(ivec2 texel, vec3 p, vec3 n, vec3 v, float size) {
   int away = max(1, int(cavity_step + 0.5));
   float c = 0.8 * spread(texel, away, p, n, v, size) + 0.5 * spread(texel, 3 * away, p, n, v, size);
-  c *= is_inside(n, v);
+  c *= is_inside(n, v) * is_one(texelFetch(normal_map, texel, 0));
   return c < 0.0 ? 1.0 / (1.0 - 1.1 * c) : 1.0 + 0.55 * c / (0.6 + c);
 }
 

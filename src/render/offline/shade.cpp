@@ -301,12 +301,13 @@ Lean Shader::lean(const Point& point, int dx, int dy, const Vec3f& axis, float s
   const Part& part = drawn_.pass.part;
   const int x = std::clamp(point.x + dx, part.left, part.left + part.width - 1);
   const int y = std::clamp(point.y + dy, part.bottom, part.bottom + part.height - 1);
-  const float off = std::abs(dot(point.facing, drawn_.place_at(x, y) - point.p));
+  const Vec3f d = drawn_.place_at(x, y) - point.p;
+  const float off = std::max(std::abs(dot(point.facing, d)), 0.3F * std::sqrt(dot(d, d)) * dot(point.facing, point.v));
   const float away = static_cast<float>(std::abs(dx + dy)) * size;
-  if (!(drawn_.depth_at(x, y) < 1 && off < 2 * away)) return {};
+  if (!(drawn_.depth_at(x, y) < 1 && off < 0.8F * away)) return {};
   const Vec3f other = normalized(drawn_.normal_at(x, y));
   return {std::clamp(dot(other - point.facing, axis), -0.25F, 0.25F),
-          (1 - smooth_step(1, 2, off / away)) * is_inside(other, point.v)};
+          (1 - smooth_step(0.3F, 0.8F, off / away)) * is_inside(other, point.v)};
 }
 
 float Shader::spread(const Point& point, int away, float size) const {
