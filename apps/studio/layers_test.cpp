@@ -57,7 +57,12 @@ TEST(LayerWords, AnEntrySaysWhatItDoes) {
   EXPECT_EQ(words(ImplicitStroke{.path = {{0, 0, 0}, {0, 1, 0}, {0.1, 0.1, 0}}, .inner = 0.1, .outer = 1}),
             "Pull 0.14");
   EXPECT_EQ(words(ImplicitStroke{.path = {{0, 0, 0}, {12.3, 0, 0}}, .inner = 0.1, .outer = 1}, "mm"), "Pull 12 mm");
-  EXPECT_EQ(words(PaintStroke{1, -0.1, {{}, {}, {}}}), "Pull out, 3 dabs");
+  for (const auto& [brush, expected] : {std::pair{"move", "Move 1"}, {"snakehook", "Snakehook 1"}}) {
+    ImplicitStroke pull = std::get<ImplicitStroke>(stroke_of(brush_named(brush), 1, 0));
+    pull.path = {{0, 0, 0}, {1, 0, 0}};
+    EXPECT_EQ(words(pull), expected);
+  }
+  EXPECT_EQ(words(PaintStroke{1, -0.1, {{}, {}, {}}}), "Paint, 3 dabs");
   EXPECT_EQ(words(PaintStroke{1, 0.1, {{}}}), "Press in, 1 dab");
   EXPECT_EQ(words(RotateStroke{{}, {0, 0, 1}, 45}), "Rotate 45\u00b0");
   EXPECT_EQ(words(BendStroke{{}, {0, 0, 1}, {0, 1, 0}, -30, BendWidth{1}}), "Bend -30\u00b0");
@@ -68,7 +73,7 @@ TEST(LayerWords, AnEntrySaysWhatItDoes) {
       words(PointsStroke{.points = {{0, 0, 0}}, .curves = {}, .outer = 1, .displacements = {{0.1, 0, 0}, {0.1, 0, 0}}}),
       "Move points 0.2");
   EXPECT_EQ(words(PinsStroke{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0.5}, {1, 0, 0}}}), "Pose 0.5");
-  EXPECT_EQ(words(RelaxStroke{.points = {{0, 0, 0}}}), "Smooth 1 place");
+  EXPECT_EQ(words(RelaxStroke{.points = {{0, 0, 0}}}), "Smooth, 1 dab");
   EXPECT_EQ(words(GridStroke{}), "Pose");
 }
 
@@ -83,7 +88,7 @@ TEST(LayerWords, AnEntryHasTheIconOfItsToolAndIsFoundByWords) {
   line.stroke = PinsStroke{{{0, 0, 0}}, {{0, 0, 0.5}}};
   EXPECT_EQ(tool_of({&line, 1}), studio_tool("pose"));
   line.stroke = RelaxStroke{.points = {{0, 0, 0}}};
-  EXPECT_EQ(tool_of({&line, 1}), nullptr);
+  EXPECT_EQ(tool_of({&line, 1}), studio_tool("smooth"));
 }
 
 TEST_F(StudioLayers, EntriesAreNamedAsTheToolsAre) {

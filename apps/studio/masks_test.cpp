@@ -55,6 +55,55 @@ TEST_F(StudioTest, MaskedVerticesStayWhileTheRestIsPulled) {
   }
 }
 
+TEST_F(StudioTest, AHiddenPartIsNeitherSeenNorMetButMoves) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, kLeftHalf);
+  const auto seen = [&] {
+    return visible_mesh(studio.document().shown().objects, studio.document().shown().state).face_count();
+  };
+  const auto is_met = [&](double x) {
+    const Ray ray = ray_through(studio.view().screen(), x, 300);
+    return studio.document().shown().picker->pick(ray, studio.document().shown().state).has_value();
+  };
+  const std::size_t all = seen();
+  run(studio, R"({"key": "Ctrl+H"})");
+  const std::size_t half = seen();
+  EXPECT_NEAR(static_cast<double>(half), 0.5 * static_cast<double>(all), 0.05 * static_cast<double>(all));
+  const Ray left = ray_through(studio.view().screen(), 260, 300);
+  const auto hit = studio.document().shown().picker->pick(left, studio.document().shown().state);
+  EXPECT_TRUE(!hit || hit->point.x > -0.05);
+  EXPECT_TRUE(is_met(540));
+  // The mask is gone; a pull beside the border moves what is hidden, also after remeshing, which keeps it hidden.
+  run(studio, R"({"key": "Alt+M"}
+{"set": {"remesh": true, "mirror": [true, false, false]}}
+{"tool": "ball"}
+{"drag": [[0.2, 0.95, 0.2], [0.3, 1.6, 0.2]]})");
+  EXPECT_EQ(errors(studio), "");
+  const std::vector<Vec3d> after = positions(studio);
+  EXPECT_TRUE(std::any_of(after.begin(), after.end(), [](const Vec3d& p) { return p.x < -0.1 && p.y > 1.3; }));
+  EXPECT_GT(after.size(), 2562u) << "it was remeshed";
+  EXPECT_LT(seen(), studio.document().shown().state.mesh->face_count());
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == after);
+  run(studio, R"({"key": "Alt+H"})");
+  EXPECT_EQ(seen(), studio.document().shown().state.mesh->face_count());
+  EXPECT_TRUE(is_met(260));
+  // The other way round; and nothing is hidden where nothing would be left.
+  run(studio,
+      std::string(R"({"set": {"mirror": [false, false, false]}})") + "\n" + kLeftHalf + R"({"key": "Shift+H"})");
+  EXPECT_TRUE(is_met(260));
+  EXPECT_FALSE(studio.document()
+                   .shown()
+                   .picker->pick(ray_through(studio.view().screen(), 540, 300), studio.document().shown().state)
+                   .value_or(SurfaceHit{})
+                   .point.x > 0.05);
+  const std::size_t isolated = seen();
+  run(studio, R"({"key": "Ctrl+M"}
+{"key": "Ctrl+H"})");
+  EXPECT_EQ(seen(), isolated);
+  studio.document().close();
+}
+
 TEST_F(StudioTest, AMaskIsPaintedAndErased) {
   Studio studio(options());
   run(studio, ball());

@@ -227,7 +227,7 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
       {"depth", &to.depth, {0.005, 1}, "Depth", "how far one dab moves the surface; it grows with the radius"},
       {"growth",
        &to.growth,
-       {0.005, 0.5},
+       {0.001 * kBallOfCube, 0.1 * kBallOfCube},
        "Growth",
        "what the shape gains by a stroke, of the volume of the tool's ball"},
       {"pinch",

@@ -270,6 +270,10 @@ void Studio::accept() {
   GestureContext around = gesture_context();
   const std::size_t pins = tools_.placed().pins.size();
   end_gesture(pointer_, around, tools_.placed(), *gesture_);
+  const auto* const pull = std::get_if<ImplicitGesture>(&gesture_->kind);
+  const auto hit = pull == nullptr ? hit_at(pointer_, around) : std::nullopt;
+  if (pull != nullptr) view_.note_stroke(pull->stroke.path.back());
+  if (hit) view_.note_stroke(hit->point);
   tools_.note_set_pin(tools_.placed().pins.size() == pins + 1 ? std::optional(pins) : std::nullopt);
   send_live();
   end(true);

@@ -87,6 +87,14 @@ void Studio::change_mask(MaskEdit edit) {
 }
 
 bool Studio::perform_mask(Action action) {
+  if (action >= Action::hide_masked && action <= Action::show_all) {
+    interrupt();
+    document_.post([action, mask = masks_.values()](Document& document, Progress& /*progress*/) {
+      if (action == Action::show_all) return document.show_all_faces();
+      document.hide_faces(mask, action == Action::hide_masked);
+    });
+    return true;
+  }
   if (action < Action::mask_fill || action > Action::mask_shrink) return false;
   change_mask(static_cast<MaskEdit>(static_cast<int>(action) - static_cast<int>(Action::mask_fill)));
   return true;

@@ -103,10 +103,11 @@ void Studio::apply(std::vector<SessionStroke> strokes) {
   pending_->strokes.insert(pending_->strokes.end(), strokes.begin(), strokes.end());
   ended_strokes_ = pending_->strokes;
   ++ended_;
-  document_.post([strokes = std::move(strokes)](Document& document, Progress& progress) {
+  const auto apply = [strokes = std::move(strokes)](Document& document, Progress& progress) {
     document.set_live(strokes, progress);
     document.finish(progress);
-  });
+  };
+  document_.post(apply, settings().tool->name);
 }
 
 }  // namespace knead::studio

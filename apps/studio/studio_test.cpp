@@ -42,6 +42,30 @@ TEST_P(EveryTool, LeavesOnTheScreenWhatTheSavedSessionGivesToTheBit) {
 INSTANTIATE_TEST_SUITE_P(Studio, EveryTool, testing::ValuesIn(kTools),
                          [](const auto& test) { return std::string(test.param.name); });
 
+// Where the whole shape is seen, a drag beside it turns the view about its middle.
+TEST_F(StudioTest, ACloseViewTurnsAboutTheLastStroke) {
+  for (const bool is_close : {true, false}) {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, fmt::format(R"({{"view": {{"target": [0.4, 0.9, 0], "height": {}}}}}
+{{"set": {{"radius": 0.1}}}}
+{{"drag": [[0.4, 0.8, 0.44], [0.45, 0.95, 0.44]]}})",
+                            is_close ? 1.2 : 3));
+    ASSERT_EQ(studio.document().shown().history.size(), 1u);
+    const SessionStroke& stroke = studio.document().shown().history.back()->strokes.front();
+    const Vec3d end = std::get<ImplicitStroke>(stroke.stroke).path.back();
+    const Pixel before = pixel_of(studio.view().screen(), end).value();
+    const double yaw = studio.view().navigation().view.yaw;
+    run(studio, R"({"drag": [[0.9, 1.1, 0], [0.8, 1.1, 0]]})");
+    EXPECT_NE(studio.view().navigation().view.yaw, yaw);
+    EXPECT_EQ(studio.document().shown().history.size(), 1u);
+    const Pixel after = pixel_of(studio.view().screen(), end).value();
+    const double moved = std::hypot(after.x - before.x, after.y - before.y);
+    EXPECT_EQ(moved < 1, is_close) << moved << " pixels";
+    studio.document().close();
+  }
+}
+
 TEST_F(StudioTest, ExportsTheBytesThatTheCommandWouldWrite) {
   Studio studio(options());
   run(studio, ball());

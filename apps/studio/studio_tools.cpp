@@ -75,7 +75,7 @@ void StudioTools::begin_document() {
   line_version_ = 0;
   first_bend_ = 0;
   settings_.first_radius = kFirstRadius * document_.shown().diagonal;
-  settings_.radius = settings_.first_radius;
+  settings_.radius = settings_.tool->size * settings_.first_radius;
   settings_.kept.clear();
   settings_.remesh = document_.shown().shape_path.empty();
   if (stamp) set_stamp([stamp](Document& document) { return document.add_stamp(stamp->name, *stamp->mesh); });
@@ -190,7 +190,10 @@ void StudioTools::set_stamp(const std::function<StampShape(Document&)>& make) {
 
 void StudioTools::set_picture(const std::filesystem::path& source) {
   load([this, source](Document& document, Progress& /*progress*/) {
-    const PrintPicture picture{document.keep_file(source), source};
+    PrintStroke stroke;
+    stroke.file = source.string();
+    stroke.height = stroke.depth = 1;  // its outline does not depend on these
+    const PrintPicture picture{document.keep_file(source), source, print_outline(stroke, {})};
     document_.deliver([this, picture] { placed_.picture = picture; });
   });
 }

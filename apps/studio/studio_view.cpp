@@ -27,6 +27,7 @@ std::filesystem::path file_of(const DocumentState& shown) {
 }
 
 constexpr double kNearMiddle = 0.1;  // of the picture's height
+constexpr double kClose = 0.7;       // of the shape's size: a picture that is less high shows a part of the shape
 
 std::optional<StandardView> side_of(Action action) {
   constexpr std::array<std::pair<Action, StandardView>, 6> sides{{{Action::view_front, StandardView::front},
@@ -97,6 +98,7 @@ void StudioView::remember_window(const WindowPlace& window) {
 void StudioView::begin_document() {
   turntable_.reset();
   kept_views_.clear();
+  last_stroke_.reset();
   settings_.cut = false;
   frame_all();
   load_references();
@@ -133,7 +135,16 @@ void StudioView::look_as_kept() {
 
 void StudioView::turn(double dx, double dy) {
   const View before = navigation_.view;
-  navigation_.view = orbited_about(before, navigation_.home.value_or(before.target), dx, dy, navigation_.height);
+  const Vec3d pivot = close_stroke().value_or(navigation_.home.value_or(before.target));
+  navigation_.view = orbited_about(before, pivot, dx, dy, navigation_.height);
+}
+
+// Returns the end of the last stroke if it is in the picture, and the picture shows a part of the shape only.
+std::optional<Vec3d> StudioView::close_stroke() const {
+  if (!last_stroke_ || navigation_.view.height > kClose * document_.shown().diagonal) return std::nullopt;
+  const auto at = pixel_of(screen(), *last_stroke_);
+  const bool is_seen = at && at->x >= 0 && at->x < navigation_.width && at->y >= 0 && at->y < navigation_.height;
+  return is_seen ? last_stroke_ : std::nullopt;
 }
 
 bool StudioView::perform(Action action) {
@@ -262,11 +273,11 @@ void StudioView::frame_stroke(const Box& placed) {
   navigation_.home = box.center();
 }
 
-// A drag that turns the view turns it about the point under the pointer.
+// A drag that turns the view turns it about the point under the pointer; beside the shape, about the last stroke.
 void StudioView::set_pivot(const Event& event) {
   const auto* const button = std::get_if<ButtonChanged>(&event);
   if (button == nullptr || !button->down || navigation_.drag != NavigationDrag::none) return;
-  navigation_.pivot.reset();
+  navigation_.pivot = close_stroke();
   if (drag_of(navigation_.preset, button->button, button->modifiers) != NavigationDrag::orbit) return;
   const bool fits = document_.shown().opened != 0 && document_.shown().picker &&
                     document_.shown().picker->fits(document_.shown().state);

@@ -83,10 +83,13 @@ class StudioView {
   // keep_view() keeps the view until another shape is opened; look_as_kept() shows the kept views in turn.
   void keep_view();
   void look_as_kept();
-  // Turns the view about the middle of the framed box, as a drag of that many pixels does.
+  // Turns the view as a drag of that many pixels beside the shape does: about the last stroke where that is close, else
+  // about the middle of the framed box.
   void turn(double dx, double dy);
-  // Makes a drag that turns the view turn it about the point under the pointer.
+  // Makes a drag that turns the view turn it about the point under the pointer; beside the shape as turn().
   void set_pivot(const Event& event);
+  // Notes where the last stroke has ended.
+  void note_stroke(const Vec3d& place) { last_stroke_ = place; }
   // Frames the document that was opened, and reads its references.
   void begin_document();
 
@@ -114,6 +117,7 @@ class StudioView {
 
  private:
   void load_references();
+  std::optional<Vec3d> close_stroke() const;
 
   StudioDocument& document_;
   PreferencesFile& preferences_;
@@ -125,6 +129,7 @@ class StudioView {
   std::vector<Reference> saved_references_;
   std::vector<View> kept_views_;
   std::size_t next_kept_view_ = 0;  // of kept_views_, in turn
+  std::optional<Vec3d> last_stroke_;
   std::optional<Turntable> turntable_;
 };
 

@@ -158,7 +158,30 @@ TEST_F(LiveLookTest, CavityDarkensGroovesAndBrightensRidges) {
   for (const double groove : {-0.25, 0.25}) {
     const int x = column_of(scene, groove);
     EXPECT_LT(column(relief, x), 0.93 * column(plain, x)) << groove;
+    EXPECT_EQ(at(relief, x, kHeight / 2).alpha, 255) << groove << ": nothing shines through";
   }
+}
+
+// A ball whose outline stands closely before another ball's surface: neither is a groove or a ridge there.
+TEST_F(LiveLookTest, CavityDrawsNoLineWhereOnePartStandsBeforeAnother) {
+  Mesh balls = sphere({}, 1, 40'000);
+  const Mesh other = sphere({0.1, 0, 0.93}, 0.5, 40'000);
+  const auto count = static_cast<std::uint32_t>(balls.vertex_count());
+  balls.positions.insert(balls.positions.end(), other.positions.begin(), other.positions.end());
+  for (std::size_t f = 0; f < other.face_count(); ++f) {
+    const auto face = other.face(f);
+    balls.add_face(std::array{face[0] + count, face[1] + count, face[2] + count});
+  }
+  LiveScene scene = scene_of(balls);
+  scene.camera = fit_camera(bounding_box(balls.positions), {0, 0, -1}, {0, 1, 0}, 1.2);
+  const Image plain = picture_of(balls, scene);
+  scene.relief.cavity = true;
+  const Image relief = picture(scene);
+  int bright = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) bright += at(relief, x, y).green > 1.25 * at(plain, x, y).green ? 1 : 0;
+  }
+  EXPECT_LT(bright, 5);
 }
 
 TEST_F(LiveLookTest, CavityLeavesAPlaneAloneAndTheBackground) {

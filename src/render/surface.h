@@ -64,9 +64,9 @@ void main() {
 // samples; normals have w = 1 where a shape is. Both functions use the plane through the sample p with the unit normal
 // n; size: of a sample there.
 //
-// cavity: the divergence of the normals, from groove (< 0) to ridge (> 0), at two distances; a neighbour off the plane
-// is another surface, and there is no cavity beside one. occlusion: the part of the light that arrives, 1 for a plane;
-// McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
+// cavity: the divergence of the normals, from groove (< 0) to ridge (> 0), at two distances; a neighbour off the plane,
+// far away in it or on an outline may be another surface, and the one opposite counts twice. occlusion: the part of the
+// light that arrives, 1 for a plane; McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
 inline constexpr const char* kRelief = R"(
 uniform sampler2D depth_map, normal_map;
 uniform float sample_size;      // at distance 1 in perspective (surface.h)
@@ -76,26 +76,35 @@ uniform float occlusion_reach;  // in renderer units
 vec3 place_of(vec2 at, float depth) { return ray_origin(at) + distance_at(depth) * ray_direction(at); }
 float size_at(float depth) { return sample_size * mix(1.0, distance_at(depth), perspective); }
 
-// The component of a neighbour's normal along an axis; and 1 if it belongs to the same surface, else 0.
-vec2 lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, float size) {
+// On the outline every surface turns away.
+float is_inside(vec3 n, vec3 v) { return smoothstep(0.1, 0.6, dot(n, v)); }
+// The mean of the normals of two surfaces in one pixel is short.
+float is_one(vec4 mean_normal) { return smoothstep(0.96, 0.99, length(mean_normal.xyz)); }
+// The component of a neighbour's normal along an axis, within limits, so that sharp folds make no dots; and from 0 to 1
+// how surely it belongs to the same surface.
+vec2 lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, vec3 v, float size) {
   ivec2 at = clamp(texel + away, ivec2(0), ivec2(samples) - 1);
   vec4 other = texelFetch(normal_map, at, 0);
   float depth = texelFetch(depth_map, at, 0).x;
   if (other.w < 0.99 || depth == 1.0) return vec2(0.0);
-  float off = abs(dot(n, place_of(vec2(at) + 0.5, depth) - p));
-  return off > 2.0 * length(vec2(away)) * size ? vec2(0.0) : vec2(dot(normalize(other.xyz) - n, axis), 1.0);
+  vec3 d = place_of(vec2(at) + 0.5, depth) - p;
+  float off = max(abs(dot(n, d)), 0.3 * length(d) * dot(n, v)) / (length(vec2(away)) * size);
+  vec3 m = normalize(other.xyz);
+  float weight = is_one(other) * is_inside(m, v);
+  return vec2(clamp(dot(m - n, axis), -0.25, 0.25), (1.0 - smoothstep(0.3, 0.8, off)) * weight);
 }
-float spread(ivec2 texel, int away, vec3 p, vec3 n, float size) {
+float across(vec2 a, vec2 b) { return 2.0 * (a.y * a.x - b.y * b.x) / max(a.y + b.y, 1.0); }
+float spread(ivec2 texel, int away, vec3 p, vec3 n, vec3 v, float size) {
   vec3 x = normalize(side), y = normalize(top);
-  vec2 right = lean(texel, ivec2(away, 0), x, p, n, size), left = lean(texel, ivec2(-away, 0), x, p, n, size);
-  vec2 above = lean(texel, ivec2(0, away), y, p, n, size), below = lean(texel, ivec2(0, -away), y, p, n, size);
-  return right.y * left.y * above.y * below.y * (right.x - left.x + above.x - below.x);
+  vec2 right = lean(texel, ivec2(away, 0), x, p, n, v, size), left = lean(texel, ivec2(-away, 0), x, p, n, v, size);
+  vec2 above = lean(texel, ivec2(0, away), y, p, n, v, size), below = lean(texel, ivec2(0, -away), y, p, n, v, size);
+  return across(right, left) + across(above, below);
 }
 // As a factor of brightness.
 float cavity(ivec2 texel, vec3 p, vec3 n, vec3 v, float size) {
   int away = max(1, int(cavity_step + 0.5));
-  float c = 0.8 * spread(texel, away, p, n, size) + 0.5 * spread(texel, 3 * away, p, n, size);
-  c *= smoothstep(0.1, 0.6, dot(n, v));  // on the outline every surface turns away
+  float c = 0.8 * spread(texel, away, p, n, v, size) + 0.5 * spread(texel, 3 * away, p, n, v, size);
+  c *= is_inside(n, v) * is_one(texelFetch(normal_map, texel, 0));
   return c < 0.0 ? 1.0 / (1.0 - 1.1 * c) : 1.0 + 0.55 * c / (0.6 + c);
 }
 

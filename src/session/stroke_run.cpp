@@ -290,11 +290,8 @@ void StrokeRun::warn_of_images() {
   }
   if (!(fastest > kFastImages)) return;
   stroke_.outcome.warnings.push_back(
-      fmt::format("the tool and its mirror image overlap: both move more slowly, so that together they move nothing "
-                  "farther than the "
-                  "tool goes, and what only one of them reaches moves {:.0f}% as far; move the tool into the plane of "
-                  "the mirror or "
-                  "sliding wall, or farther away",
+      fmt::format("the tool overlaps its image beyond the plane of the mirror or wall, so each moves {:.0f}% as far: "
+                  "begin in the plane, or farther away",
                   100 / fastest));
 }
 

@@ -112,7 +112,8 @@ void prolong(ImplicitStroke& stroke, double strength) {
 }
 
 std::string words(const ImplicitStroke& stroke, const std::string& unit) {
-  return "Pull " + length_text(norm(stroke.path.back() - stroke.path.front()), unit);
+  const char* const verb = stroke.falloff != kWideFalloff ? "Pull " : stroke.taper > 0 ? "Snakehook " : "Move ";
+  return verb + length_text(norm(stroke.path.back() - stroke.path.front()), unit);
 }
 
 using PulledPath = Growing<ImplicitStroke, &ImplicitStroke::path, 1>;

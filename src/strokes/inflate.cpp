@@ -381,7 +381,7 @@ std::size_t segments(const InflateStroke& /*stroke*/, const Mesh* /*mesh*/) { re
 // In percent of the tool's ball.
 std::string words(const InflateStroke& stroke, const std::string& /*unit*/) {
   const double ball = 4 * std::numbers::pi / 3 * stroke.radius * stroke.radius * stroke.radius;
-  return fmt::format("{} by {:.2g}%", stroke.volume < 0 ? "Shrink" : "Grow", 100 * std::abs(stroke.volume) / ball);
+  return fmt::format("{} by {:.2g}%", stroke.volume < 0 ? "Shrink" : "Inflate", 100 * std::abs(stroke.volume) / ball);
 }
 
 }  // namespace

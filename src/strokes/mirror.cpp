@@ -180,8 +180,7 @@ std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
     for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
       const Vec3d place = anchors[k] + displacement_of(segment, field) * time;
       places.push_back(place);
-      add_places(place, field.thresholds.inner, places);
-      add_places(place, size, places);
+      for (const double reach : {field.thresholds.inner, field.thresholds.bump, size}) add_places(place, reach, places);
     }
   }
   return places;
@@ -336,7 +335,8 @@ double speed_of_images(const Segment& segment) {
   for (const double time : {0.0, 0.5, 1.0}) {
     const std::vector<Vec3d> places = places_in_tools(segment, time);
     of_sum = std::max(of_sum, greatest_speed(segment, places, time));
-    of_one = std::max(of_one, greatest_speed(segment.parts.front(), places, time));
+    // The places are not mirror images of each other, so that each part is seen at other ones.
+    for (const Segment& part : segment.parts) of_one = std::max(of_one, greatest_speed(part, places, time));
   }
   return of_one > 0 ? of_sum / of_one : 1;
 }

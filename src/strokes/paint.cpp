@@ -225,7 +225,7 @@ std::size_t segments(const PaintStroke& stroke, const Mesh* /*mesh*/) {
 
 const char* verb_of(const PaintStroke& stroke) {
   if (flattens(stroke)) return "Flatten";
-  if (stroke.pinch == 0) return stroke.depth > 0 ? "Press in" : "Pull out";
+  if (stroke.pinch == 0) return stroke.depth > 0 ? "Press in" : "Paint";
   if (stroke.depth == 0) return "Pinch";
   return stroke.depth > 0 ? "Crease" : "Ridge";
 }

@@ -41,7 +41,7 @@ void validate(const RelaxStroke& stroke) {
 void prolong(RelaxStroke& stroke, double strength) { stroke.amount = std::min(stroke.amount * strength, 1.0); }
 
 std::string words(const RelaxStroke& stroke, const std::string& /*unit*/) {
-  return stroke.points.size() == 1 ? "Smooth 1 place" : fmt::format("Smooth {} places", stroke.points.size());
+  return stroke.points.size() == 1 ? "Smooth, 1 dab" : fmt::format("Smooth, {} dabs", stroke.points.size());
 }
 
 using RelaxedPlaces = Growing<RelaxStroke, &RelaxStroke::points>;

@@ -78,6 +78,9 @@ std::string word_for_key(std::string key);
 // Returns the library's line about a stroke as a sentence in Studio's words, without keys of a session.
 std::string in_words(const std::string& line);
 
+// A mask: for each vertex, from 0 (free) to 255 (fixed); empty: no vertex is masked.
+using MaskValues = std::vector<std::uint8_t>;
+
 // The folders of the document, and the functions that it calls.
 struct DocumentOptions {
   std::filesystem::path journals;  // root of the crash journals
@@ -165,6 +168,10 @@ class Document {
   // Shows or hides an object, or makes it the active one (std::nullopt: none). The shapes do not change.
   void show_object(std::size_t object, bool is_visible);
   void make_active(std::optional<std::size_t> object);
+  // Hides the faces that this mask holds (`masked`), or those that it leaves free; faces that are hidden stay so. Does
+  // nothing, with a notice, if no face would be left.
+  void hide_faces(const MaskValues& mask, bool masked);
+  void show_all_faces();
 
   // Write files. A notice says when they are done. Several objects are exported to a file each (path_of_object); all
   // files appear at once, or none.
@@ -269,9 +276,6 @@ std::string image_file(const std::string& file, unsigned planes);
 
 // --- masks
 // ------------------------------------------------------------------------------------------------------------
-
-// For each vertex, from 0 (free) to 255 (fixed); empty: no vertex is masked.
-using MaskValues = std::vector<std::uint8_t>;
 
 // Returns the values of the mask after these entries, for the vertices of the state. After remeshing, new vertices are
 // masked where the mask holds them.

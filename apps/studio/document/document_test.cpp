@@ -161,6 +161,20 @@ TEST(StrokeFields, EachNumberIsNamedOnceWithTheFirstValue) {
   EXPECT_EQ(fields[1].value, 0.4);
 }
 
+// The radius of a brush has one name, in the bar above and in the history; a reach that follows from it is not shown.
+TEST(StrokeFields, ABrushHasTheRadiusThatItsSliderShows) {
+  for (const char* brush : {"move", "crease"}) {
+    std::vector<SessionStroke> strokes{{stroke_of(brush_named(brush), 0.25, 0.5)}};
+    std::vector<StrokeField> fields = fields_of(strokes);
+    EXPECT_EQ(fields.front().label, "radius") << brush;
+    EXPECT_EQ(fields.front().value, 0.25) << brush;
+    *find_value<double>(strokes.front().stroke, "outer") = 2;
+    fields = fields_of(strokes);
+    EXPECT_EQ(fields.front().label, "reach") << brush;
+    EXPECT_EQ(fields.front().value, 2) << brush;
+  }
+}
+
 TEST(StrokeFields, MirrorImagesKeepTheirSigns) {
   std::vector<SessionStroke> strokes{bend(30), bend(-30)};
   set_field(strokes, "angle_deg", 45);

@@ -36,6 +36,7 @@ std::string tool_word(const Stroke& stroke) {
     word = "curve";
   }
   if (std::holds_alternative<CurveStroke>(stroke)) word = "bend_along";
+  if (word == "relax") word = "smooth";
   if (word == "pins" || word == "grid") word = "pose";
   return word;
 }
@@ -257,7 +258,7 @@ std::string description_of(std::span<const SessionStroke> strokes) {
   } else if (const auto* paint = std::get_if<PaintStroke>(&first)) {
     text += fmt::format(", {} dabs", paint->samples.size() + paint->path.size());
   } else if (const auto* relax = std::get_if<RelaxStroke>(&first)) {
-    text += fmt::format(", {} places", relax->points.size());
+    text += fmt::format(", {} dabs", relax->points.size());
   }
   return text;
 }
@@ -451,10 +452,15 @@ std::vector<StrokeField> fields_of(std::span<const SessionStroke> strokes) {
   std::vector<StrokeField> fields;
   for (const SessionStroke& one : strokes) {
     Stroke stroke = one.stroke;
+    const bool is_wide = find_value<double>(stroke, "bump") != nullptr;
     visit_fields(stroke, [&](std::string_view name, std::string_view help, double& value) {
       const bool known =
           std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.name == name; });
-      if (!known) fields.push_back({std::string(name), std::string(help), value});
+      const bool is_automatic = is_wide && name == "outer" && value == 0;
+      if (known || is_automatic) return;
+      std::string label = word_for_key(std::string(name));
+      if (is_wide && (name == "bump" || name == "outer")) label = name == "bump" ? "radius" : "reach";
+      fields.push_back({std::string(name), std::move(label), std::string(help), value});
     });
   }
   return fields;

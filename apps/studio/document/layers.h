@@ -22,7 +22,7 @@ std::string name_of(std::span<const SessionStroke> strokes);
 // Returns the details of an entry: "Ball, 34 pieces", "2 x Bend".
 std::string description_of(std::span<const SessionStroke> strokes);
 
-// Returns what an entry does, in a word or two and a number: "Pull 0.14 mm", "Bend 30\u00b0", "Press in, 18 dabs".
+// Returns what an entry does, in a word or two and a number: "Move 0.14 mm", "Bend 30\u00b0", "Paint, 18 dabs".
 // `unit` is the sign of the unit of lengths, or empty.
 std::string words_of(std::span<const SessionStroke> strokes, const std::string& unit);
 
@@ -111,7 +111,8 @@ std::vector<SessionStroke> with_handle_moved(std::vector<SessionStroke> strokes,
 
 // A number of strokes that can be changed afterwards.
 struct StrokeField {
-  std::string name;  // its key in the session file
+  std::string name;   // its key in the session file
+  std::string label;  // for people
   std::string help;
   double value = 0;  // of the first stroke that has it
 };

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "document/document.h"
@@ -14,13 +15,18 @@ namespace knead::studio {
 
 namespace {
 
-// Returns for each face of a state whether its object is chosen.
+std::uint32_t source_of(const ShapeState& state, std::uint32_t face) {
+  return state.provenance != nullptr ? state.provenance->face_source[face] : face;
+}
+
+// Returns for each face of a state whether it is not hidden, and its object is chosen.
 template <class Chosen>
 std::vector<bool> faces_of(const DocumentObjects& objects, const ShapeState& state, const Chosen& is_chosen) {
   std::vector<bool> faces(state.mesh->face_count());
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    const std::uint32_t source = state.provenance != nullptr ? state.provenance->face_source[f] : f;
-    faces[f] = is_chosen(objects.joined->part_of_face(source));
+    const std::uint32_t source = source_of(state, f);
+    const bool is_hidden = objects.hidden != nullptr && (*objects.hidden)[source];
+    faces[f] = !is_hidden && is_chosen(objects.joined != nullptr ? objects.joined->part_of_face(source) : 0);
   }
   return faces;
 }
@@ -32,6 +38,8 @@ bool are_all_visible(const DocumentObjects& objects) {
 Mesh with_faces(const Mesh& mesh, const std::vector<bool>& faces) {
   Mesh result;
   result.positions = mesh.positions;
+  std::copy_if(mesh.attributes.begin(), mesh.attributes.end(), std::back_inserter(result.attributes),
+               [](const Attribute& attribute) { return attribute.domain == Domain::vertex; });
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
     if (!faces[f]) continue;
     const auto face = mesh.face(f);
@@ -44,12 +52,14 @@ Mesh with_faces(const Mesh& mesh, const std::vector<bool>& faces) {
 }  // namespace
 
 bool DocumentObjects::is_seen_as(const DocumentObjects& other) const {
-  return joined == other.joined && active == other.active &&
+  return joined == other.joined && active == other.active && hidden == other.hidden &&
          std::equal(list.begin(), list.end(), other.list.begin(), other.list.end(),
                     [](const DocumentObject& a, const DocumentObject& b) { return a.is_visible == b.is_visible; });
 }
 
-bool DocumentObjects::are_all_met() const { return joined == nullptr || (!active && are_all_visible(*this)); }
+bool DocumentObjects::are_all_met() const {
+  return hidden == nullptr && (joined == nullptr || (!active && are_all_visible(*this)));
+}
 
 void join(DocumentObjects& objects) {
   objects.joined.reset();
@@ -87,9 +97,8 @@ std::vector<bool> met_faces(const DocumentObjects& objects, const ShapeState& st
 
 Mesh visible_mesh(const DocumentObjects& objects, const ShapeState& state) {
   Mesh mesh = state.to_mesh();
-  if (objects.joined == nullptr) return mesh;
-  mesh.attributes.clear();
-  if (are_all_visible(objects)) return mesh;
+  if (objects.joined != nullptr) mesh.attributes.clear();
+  if (objects.hidden == nullptr && (objects.joined == nullptr || are_all_visible(objects))) return mesh;
   return with_faces(mesh,
                     faces_of(objects, state, [&](std::size_t number) { return objects.list[number].is_visible; }));
 }
@@ -135,6 +144,38 @@ void Document::show_object(std::size_t object, bool is_visible) {
 void Document::make_active(std::optional<std::size_t> object) {
   if (!history_ || object.value_or(0) >= shown_.objects.list.size()) return;
   shown_.objects.active = object;
+  see_objects();
+}
+
+// A face as it was opened is hidden where all that became of it is.
+void Document::hide_faces(const MaskValues& mask, bool masked) {
+  if (!history_) return;
+  constexpr std::uint8_t half = 128;
+  const ShapeState& state = history_->state();
+  const Mesh& mesh = *state.mesh;
+  std::vector<bool> hidden(shown_.objects.mesh().face_count());
+  if (shown_.objects.hidden != nullptr) hidden = *shown_.objects.hidden;
+  std::vector<bool> chosen(hidden.size());
+  std::vector<bool> stays(hidden.size());
+  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    const bool is_masked =
+        std::all_of(face.begin(), face.end(), [&](std::uint32_t v) { return v < mask.size() && mask[v] >= half; });
+    (is_masked == masked ? chosen : stays)[source_of(state, f)] = true;
+  }
+  bool is_any_left = false;
+  for (std::size_t f = 0; f < hidden.size(); ++f) {
+    hidden[f] = hidden[f] || (chosen[f] && !stays[f]);
+    is_any_left = is_any_left || !hidden[f];
+  }
+  if (!is_any_left) return options_.tell({false, "Nothing would be left to see: mask a part first."});
+  shown_.objects.hidden = std::make_shared<const std::vector<bool>>(std::move(hidden));
+  see_objects();
+}
+
+void Document::show_all_faces() {
+  if (!history_ || shown_.objects.hidden == nullptr) return;
+  shown_.objects.hidden.reset();
   see_objects();
 }
 

@@ -28,6 +28,9 @@ struct DocumentObjects {
   std::vector<DocumentObject> list;            // empty: no shape is open
   std::optional<std::size_t> active;           // the only one that the pointer meets; nothing: all that are visible
   std::shared_ptr<const JoinedMeshes> joined;  // of all; null while there is one
+  // For each face of mesh() whether it is hidden; null: none is. Hidden faces are neither drawn nor met by the pointer;
+  // strokes move them.
+  std::shared_ptr<const std::vector<bool>> hidden;
 
   // Returns the shape that the history moves. The list must not be empty.
   const Mesh& mesh() const { return joined != nullptr ? joined->mesh() : list.front().source->mesh; }
@@ -47,8 +50,8 @@ std::vector<std::uint32_t> face_labels(const DocumentObjects& objects);
 // Returns for each face of a state whether the pointer meets it; empty: all.
 std::vector<bool> met_faces(const DocumentObjects& objects, const ShapeState& state);
 
-// Returns the shape in a state with the faces of visible objects, and all vertices. Attributes are those of the only
-// object; of several there are none.
+// Returns the shape in a state with the faces of visible objects that are not hidden, and all vertices. Attributes are
+// those of the only object, of vertices alone where faces are hidden; of several there are none.
 Mesh visible_mesh(const DocumentObjects& objects, const ShapeState& state);
 
 // Returns the active object in a state as a shape of its own; the whole if there is none.

@@ -72,7 +72,6 @@ Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal,
 // The number that is shown at the pointer and can be typed: a length in the mesh's units, the growth of a shape in
 // percent of the tool's ball, degrees, or percent.
 enum class AmountKind { length, growth, angle, percent };
-inline constexpr double kBallOfCube = 4.18879020478639;  // the volume of a ball of radius 1
 struct Amount {
   AmountKind kind = AmountKind::length;
   double value = 0;

@@ -184,7 +184,7 @@ TEST_F(GesturesTest, AnInflatedShapeGainsTheVolumeThatIsSetAndNothingBeyondTheRa
   EXPECT_NEAR(volume_of(studio), before + volume, 1e-4 * volume);
   const InflateStroke stroke = std::get<InflateStroke>(last_strokes(studio).front());
   EXPECT_GT(stroke.points.size(), 1u);
-  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Grow by 1.4%");
+  EXPECT_EQ(words_of(studio.document().shown().history.back()->strokes, "mm"), "Inflate by 1.4%");
   const std::vector<Vec3d> now = positions(studio);
   for (std::size_t i = 0; i < start.size(); ++i) {
     const bool is_far = std::all_of(stroke.points.begin(), stroke.points.end(),

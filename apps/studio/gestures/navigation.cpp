@@ -295,7 +295,6 @@ void begin_orbit(Navigation& navigation, const ButtonChanged& button) {
   navigation.y = button.y;
   navigation.drag = NavigationDrag::orbit;
   navigation.button = button.button;
-  navigation.pivot.reset();
 }
 
 bool navigate(Navigation& navigation, const Event& event) {

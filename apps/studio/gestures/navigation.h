@@ -96,7 +96,7 @@ struct Navigation {
   double y = 0;
   NavigationDrag drag = NavigationDrag::none;
   MouseButton button = MouseButton::left;  // that drags
-  std::optional<Vec3d> pivot{};            // the point about which the view turns; nothing: home, or the target
+  std::optional<Vec3d> pivot{};            // about which the view turns; nothing: home, or the target
 };
 
 // Lets a button that was pressed turn the view until it is released, whatever the preset says.

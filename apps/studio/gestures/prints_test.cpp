@@ -74,6 +74,7 @@ TEST_F(PrintsTest, APictureFromAFileIsPrintedAndGoesWithTheSession) {
                   R"("}
 {"click": [0, 0.7, 0.7]})");
   EXPECT_EQ(errors(studio), "");
+  EXPECT_GE(studio.tools().placed().picture->outline.size(), 4U) << "the pointer shows it without reading the file";
   ASSERT_EQ(studio.document().shown().history.size(), 2U);
   EXPECT_EQ(last_print(studio).file, "stamps/logo_2.pgm") << "the first one has this name already";
   EXPECT_EQ(saved_and_replayed(studio).shape.positions(), positions(studio));

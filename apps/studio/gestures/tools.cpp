@@ -22,6 +22,7 @@ constexpr const char* kBendAlongHint =
     "Drag a handle of the line, or draw a new line: the shape follows. Escape: a straight line again.";
 constexpr double kOnPlane = 1e-9;     // of the radius: what counts as in a plane
 constexpr double kHalfOfBump = 0.54;  // of the bump of the wide falloff: its velocity along the motion is half there
+constexpr double kSizeOfLines = 0.4;  // StudioTool::size of tools that draw fine lines
 
 double inner_of(const ToolSettings& settings) { return settings.inner_ratio * settings.radius; }
 
@@ -126,8 +127,8 @@ const std::vector<StudioTool> kTools{
      .also = "clay draw layer brush build groove carve",
      .brush = &brush_named("paint"),
      .sliders = {"depth"},
-     .hint = "Paint on the shape to pull it out; Ctrl presses it in (and does not snap).",
-     .second_hint = "Paint on the shape to press it in; Ctrl pulls it out (and does not snap).",
+     .hint = "Paint on the shape to pull it out; Ctrl presses it in.",
+     .second_hint = "Paint on the shape to press it in; Ctrl pulls it out.",
      .icon = {{wave, {-1, 0.8F, -0.3F, 0.8F, -0.5F, 0.1F, 0, 0.1F}},
               {wave, {0, 0.1F, 0.5F, 0.1F, 0.3F, 0.8F, 1, 0.8F}},
               {line, {0.1F, -0.25F, 0.7F, -0.95F}},
@@ -138,10 +139,11 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::shape,
      .tip = "Draws a sharp crease, or with Ctrl a sharp ridge.",
      .also = "groove wrinkle ridge carve line sharpen",
+     .size = kSizeOfLines,
      .brush = &brush_named("crease"),
      .strength = "pinch",
-     .hint = "Paint a crease on the shape; Ctrl makes a ridge (and does not snap).",
-     .second_hint = "Paint a ridge on the shape; Ctrl makes a crease (and does not snap).",
+     .hint = "Paint a crease on the shape; Ctrl makes a ridge.",
+     .second_hint = "Paint a ridge on the shape; Ctrl makes a crease.",
      .icon = {{wave, {-1, 0.05F, -0.4F, 0.05F, -0.1F, 0.1F, 0, 0.9F}},
               {wave, {0, 0.9F, 0.1F, 0.1F, 0.4F, 0.05F, 1, 0.05F}},
               {arrow, {-0.95F, -0.5F, -0.3F, -0.5F}},
@@ -152,6 +154,7 @@ const std::vector<StudioTool> kTools{
      .group = ToolGroup::shape,
      .tip = "Draws the surface together, so that edges grow sharp; with Ctrl apart.",
      .also = "sharpen edge crease magnify",
+     .size = kSizeOfLines,
      .brush = &brush_named("pinch"),
      .strength = "pinch",
      .hint = "Paint along an edge to sharpen it; Ctrl draws the surface apart.",
@@ -401,7 +404,7 @@ void choose_tool(const StudioTool& tool, ToolSettings& settings) {
   const auto place = [](const StudioTool& of) { return static_cast<std::size_t>(&of - kTools.data()); };
   settings.kept.resize(kTools.size());
   settings.kept[place(*settings.tool)] = settings;
-  const OwnSettings first{.radius = settings.first_radius, .drag = tool.drag};
+  const OwnSettings first{.radius = tool.size * settings.first_radius, .drag = tool.drag};
   static_cast<OwnSettings&>(settings) = settings.kept[place(tool)].value_or(first);
   settings.tool = &tool;
 }

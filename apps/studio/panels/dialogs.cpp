@@ -53,7 +53,10 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
   const ShapeCounts counts = shape_counts(dialogs.new_kind);
   const int least = static_cast<int>(counts.minimum);
   const int most = static_cast<int>(std::min<std::size_t>(counts.maximum, 1'000'000));
-  ImGui::SliderInt("Vertices", &dialogs.new_vertices, least, most, "%d", ImGuiSliderFlags_Logarithmic);
+  const double part = std::log(static_cast<double>(dialogs.new_vertices) / least) / std::log(1.0 * most / least);
+  draw_filled("Vertices", part, fmt::format("{}", dialogs.new_vertices), -1, [&](const char* hidden) {
+    return ImGui::SliderInt(hidden, &dialogs.new_vertices, least, most, "%d", ImGuiSliderFlags_Logarithmic);
+  });
   dialogs.new_vertices = std::clamp(dialogs.new_vertices, least, most);
   if (ImGui::Button("Create") || enter_pressed()) {
     dialogs.is_new_shape_open = false;

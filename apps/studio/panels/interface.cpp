@@ -413,6 +413,7 @@ const std::vector<Menu>& menus() {
       {"View",
        {{frame_all, view_front, view_back, view_right, view_left, view_top, view_bottom, keep_view, kept_view,
          frame_stroke, projection},
+        {hide_masked, hide_unmasked, show_all},
         {wireframe, shading, next_matcap, cavity, occlusion, background, references, influence, region, stretch,
          cutting_plane},
         {panels, tool_labels, history, statistics, full_screen}}},
@@ -431,6 +432,11 @@ bool is_possible(const Studio& studio, Action action) {
       return !shown.redoable.empty();
     case Action::remesh_last:
       return !shown.history.empty();
+    case Action::hide_masked:
+    case Action::hide_unmasked:
+      return !studio.masks().values().empty();
+    case Action::show_all:
+      return shown.objects.hidden != nullptr;
     case Action::new_shape:
     case Action::open:
     case Action::quit:

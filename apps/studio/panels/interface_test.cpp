@@ -282,7 +282,7 @@ TEST_F(InterfaceTest, AGestureWithoutTroubleWithdrawsWhatWasWrongWithTheOneBefor
 
 TEST(Messages, ErrorsEndByThemselvesAndNothingIsSaidTwice) {
   Messages messages;
-  update_messages(messages, {{true, "no disk"}, {false, "done"}, {true, "no disk"}}, 0);
+  update_messages(messages, {{true, "no disk"}, {false, "done 1 of 2"}, {true, "no disk"}, {false, "done 2 of 2"}}, 0);
   ASSERT_EQ(messages.messages.size(), 2u);
   update_messages(messages, {}, 6);
   ASSERT_EQ(messages.messages.size(), 1u);
@@ -334,9 +334,7 @@ TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
   panels.studio.preferences().panels.closed = {"tool", "view"};
   panels.studio.history().select(0);
   for (int i = 0; i < 3; ++i) panels.frame();
-  const int entry = 0;
-  const ImGuiID in_entry = ImGui::FindWindowByName("History")->ID;
-  set_to(panels.place_of(ImHashStr("##Falloff", 0, ImHashData(&entry, sizeof entry, in_entry))), false);
+  set_to(panels.place_of(ImGui::FindWindowByName("Entry")->GetID("##Falloff")), false);
   EXPECT_EQ(falloff_of(panels.studio.history().editor().strokes), 3);
   EXPECT_EQ(falloff_of(panels.studio.document().shown().history[0]->strokes), 7) << "not before it is applied";
   EXPECT_EQ(panels.studio.tools().settings().falloff, 7);
@@ -528,7 +526,32 @@ TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
   }
 }
 
-// The first click closes the editor of an entry above, so that the list moves.
+TEST_F(InterfaceTest, NoRowOfTheHistoryMovesWhenAnEntryIsChosen) {
+  ShownPanels panels(options(), 1280, 800);
+  open_ball(panels);
+  panels.studio.preferences().panels.closed = {"tool", "view"};
+  for (int i = 0; i < 22; ++i) {
+    panels.drag(480, 450, 480, 400 + 4 * i);
+    if (i != 3 && i != 21) continue;  // where all have room, and where they scroll
+    for (int k = 0; k < 3; ++k) panels.frame();
+    const int entry = i - 2;
+    const ImGuiID name =
+        ImHashStr("###name", 0, ImHashData(&entry, sizeof entry, ImGui::FindWindowByName("History")->ID));
+    const auto before = panels.place_of(name);
+    ASSERT_TRUE(before) << i;
+    panels.studio.history().select(i - 3);
+    for (int k = 0; k < 3; ++k) panels.frame();
+    EXPECT_GT(ShownPanels::area_of("Entry").height(), 100) << i;
+    if (i == 3) {
+      EXPECT_EQ(panels.place_of(name), before);
+    }
+    panels.studio.history().select(std::nullopt);
+    for (int k = 0; k < 3; ++k) panels.frame();
+    EXPECT_EQ(ShownPanels::area_of("Entry").height(), 0) << i;
+    EXPECT_EQ(panels.place_of(name), before) << i;
+  }
+}
+
 TEST_F(InterfaceTest, ADoubleClickRenamesTheEntryThatWasClicked) {
   ShownPanels panels(options(), 1280, 900);
   open_ball(panels);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <span>
 
@@ -324,12 +325,23 @@ void draw_status(Studio& studio, const Gui& gui, const Layout& layout) {
   ImGui::PopStyleVar(3);
 }
 
+namespace {
+
+// Returns whether two texts differ in numbers only: what is said again is not said twice.
+bool are_alike(const std::string& a, const std::string& b) {
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  const auto is_same = [&](unsigned char x, unsigned char y) { return x == y || (is_digit(x) && is_digit(y)); };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), is_same);
+}
+
+}  // namespace
+
 void update_messages(Messages& messages, std::vector<Notice> notices, double now) {
   for (Notice& notice : notices) {
     std::erase_if(messages.messages, [&](const Messages::Message& message) {
       const bool is_withdrawn = message.notice.is_error && !notice.is_error && notice.subject != Subject::other &&
                                 message.notice.subject == notice.subject;
-      return is_withdrawn || message.notice.text == notice.text;  // what is said again is not said twice
+      return is_withdrawn || are_alike(message.notice.text, notice.text);
     });
     if (notice.text.empty()) continue;
     const double until = now + (notice.is_error ? kSecondsOfErrors : kSecondsShown);

@@ -109,7 +109,7 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout);
 
 // Above and below the bar's widgets, and the room for the tool's name, in points.
 inline constexpr float kTopBarPadding = 6;
-inline constexpr float kNameWidth = 128;
+inline constexpr float kNameWidth = 150;
 
 void draw_top_bar(Studio& studio, const Gui& gui, const Layout& layout);
 
@@ -163,11 +163,13 @@ struct SidePanel {
   HistoryEditor editor;
   float settings_height = 0;  // full height of each of the two windows, as last drawn
   float history_height = 0;
+  float editor_height = 0;  // of the selected entry's numbers; 0: none is selected
   std::size_t entries = 0;  // of the history, as last drawn
 };
 
 // Draws the settings above and the history below, each with the height that it needs. If both are too high, they scroll
-// separately, and the history keeps kMinHistory of the height. Their left edge can be dragged.
+// separately, and the history keeps kMinHistory of the height. The numbers of the selected entry stand below, over the
+// end of the history where there is no room, so that no row moves. The left edge can be dragged.
 inline constexpr float kMinHistory = 0.4F;
 void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel);
 
@@ -178,6 +180,7 @@ void draw_view_settings(Studio& studio, const Gui& gui);
 void draw_look_settings(Studio& studio, const Gui& gui);
 void draw_references(Studio& studio);
 void draw_history(Studio& studio, HistoryEditor& editor);
+void draw_entry_editor(Studio& studio, HistoryEditor& editor);
 // Draws the list of several objects: which are visible, and which one the pointer meets.
 void draw_objects(Studio& studio);
 

@@ -7,7 +7,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <utility>
 
 #include "gestures/gesture_kinds.h"
 #include "knead/editor/tools.h"
@@ -20,7 +22,9 @@ namespace knead::studio {
 
 namespace {
 
-constexpr float kEdge = 7;         // points at the left of the panel that can be dragged
+constexpr float kEdge = 7;             // points at the left of the panel that can be dragged
+constexpr float kMostOfEditor = 0.7F;  // of the room of the history
+constexpr std::size_t kVerticesOfPicture = 800;
 constexpr double kSoftest = 0.01;  // of a part of a pose
 constexpr double kStiffest = 100;
 constexpr float kMarksShown = 6;        // rows of the list of pins and parts
@@ -181,7 +185,9 @@ void draw_fineness(double& detail) {
 void draw_mask(Studio& studio) {
   constexpr std::array actions{std::pair{Action::mask_fill, "Fill"},     std::pair{Action::mask_clear, "Clear"},
                                std::pair{Action::mask_invert, "Invert"}, std::pair{Action::mask_blur, "Blur"},
-                               std::pair{Action::mask_grow, "Grow"},     std::pair{Action::mask_shrink, "Shrink"}};
+                               std::pair{Action::mask_grow, "Grow"},     std::pair{Action::mask_shrink, "Shrink"},
+                               std::pair{Action::hide_masked, "Hide"},   std::pair{Action::hide_unmasked, "Isolate"},
+                               std::pair{Action::show_all, "Show all"}};
   for (std::size_t i = 0; i < actions.size(); ++i) {
     if (i % 3 != 0) ImGui::SameLine();
     if (ImGui::Button(actions[i].second)) studio.perform(actions[i].first);
@@ -296,13 +302,65 @@ void draw_automatic_radius(Studio& studio) {
   help_on_hover("Twice the median distance of a pin from the third nearest one, or twice the displacement if longer.");
 }
 
+// A triangle of a picture, in a square from -1 to 1, y downwards.
+struct PictureTriangle {
+  std::array<ImVec2, 3> corners;
+  float shade = 0;  // from 0 to 1
+  double depth = 0;
+};
+
+// A solid seen a little from the right and above, from back to front.
+std::vector<PictureTriangle> picture_of(ShapeKind kind) {
+  const Mesh mesh = make_shape(kind, std::max(shape_counts(kind).minimum, kVerticesOfPicture));
+  const Box box = shape_box(mesh);
+  const Vec3d back = normalized(Vec3d{0.5, 0.4, 1});
+  const Vec3d right = normalized(cross(Vec3d{0, 1, 0}, back));
+  const Vec3d up = cross(back, right);
+  std::vector<PictureTriangle> picture;
+  for (const Triangle& t : triangulate(mesh)) {
+    const std::array<Vec3d, 3> at{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
+    const Vec3d normal = normalized(cross(at[1] - at[0], at[2] - at[0]));
+    if (dot(normal, back) <= 0) continue;
+    PictureTriangle& drawn = picture.emplace_back();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3d p = (at[i] - box.center()) * (2 / box.diagonal());
+      drawn.corners[i] = {static_cast<float>(dot(p, right)), static_cast<float>(-dot(p, up))};
+      drawn.depth += dot(p, back);
+    }
+    drawn.shade = static_cast<float>(0.35 + 0.65 * std::max(dot(normal, normalized(up + back)), 0.0));
+  }
+  std::sort(picture.begin(), picture.end(), [](const auto& a, const auto& b) { return a.depth < b.depth; });
+  return picture;
+}
+
+void draw_solid(ShapeKind kind, ImVec2 center, float half) {
+  static std::map<ShapeKind, std::vector<PictureTriangle>> pictures;
+  if (!pictures.contains(kind)) pictures[kind] = picture_of(kind);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const ImDrawListFlags flags = std::exchange(list.Flags, list.Flags & ~ImDrawListFlags_AntiAliasedFill);  // no seams
+  const auto place = [&](ImVec2 p) { return ImVec2{center.x + half * p.x, center.y + half * p.y}; };
+  for (const PictureTriangle& t : pictures[kind]) {
+    const ImU32 colour = ImGui::ColorConvertFloat4ToU32({0.88F * t.shade, 0.80F * t.shade, 0.70F * t.shade, 1});
+    list.AddTriangleFilled(place(t.corners[0]), place(t.corners[1]), place(t.corners[2]), colour);
+  }
+  list.Flags = flags;
+}
+
+// By pictures, three in a row.
 void choose_stamp(Studio& studio, float width) {
   const auto& stamp = studio.tools().placed().stamp;
+  ImGui::SetNextWindowSizeConstraints({0, 0}, ImGui::GetIO().DisplaySize);  // all rows
   if (!begin_list("##stamp", stamp ? stamp->name : "none", width)) return;
+  const float size = 4 * ImGui::GetFontSize();
   for (const std::string_view name : shape_names()) {
-    if (ImGui::Selectable(std::string(name).c_str(), stamp && stamp->name == name)) {
-      studio.tools().use_stamp(shape_kind(name));
-    }
+    const ShapeKind kind = shape_kind(name);
+    if (static_cast<int>(kind) % 3 != 0) ImGui::SameLine();
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    ImGui::PushID(static_cast<int>(kind));
+    if (ImGui::Selectable("##solid", stamp && stamp->name == name, 0, {size, size})) studio.tools().use_stamp(kind);
+    ImGui::PopID();
+    help_on_hover(std::string(name).c_str());
+    draw_solid(kind, {corner.x + 0.5F * size, corner.y + 0.5F * size}, 0.55F * size);
   }
   ImGui::EndCombo();
 }
@@ -354,6 +412,7 @@ void draw_drag_mode(Studio& studio, float width) { draw_tool_setting(studio, "dr
 
 bool has_radius(const ToolSettings& settings) {
   if (settings.tool->use == ToolUse::bend_along) return false;
+  if (settings.tool->use == ToolUse::mask) return settings.mask_mode == MaskMode::paint;
   return settings.tool->use != ToolUse::pose || settings.pose == PoseMode::exact || settings.pose == PoseMode::brush;
 }
 
@@ -424,13 +483,21 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SideP
       draw_references(studio);
   });
   if (!has_history) return;
-  const float bottom = std::min(split + panel.history_height, area.bottom);
+  const float for_editor = std::min(panel.editor_height, kMostOfEditor * (area.bottom - split));
+  const float bottom = std::min(split + panel.history_height, area.bottom - for_editor);
+  bool is_open = false;
   panel.history_height = draw_window(studio, gui, "History", {area.left, split, area.right, bottom}, [&] {
-    if (begin_part(studio, "history", "History")) draw_history(studio, panel.editor);
+    is_open = begin_part(studio, "history", "History");
+    if (is_open) draw_history(studio, panel.editor);
     const std::size_t entries = studio.document().shown().history.size();
     if (entries > panel.entries) ImGui::SetScrollHereY(1);
     panel.entries = entries;
   });
+  const bool has_editor = is_open && studio.history().editor().entry.has_value();
+  if (!has_editor) panel.editor_height = 0;
+  if (!has_editor) return;
+  const Area below{area.left, bottom, area.right, bottom + for_editor};
+  panel.editor_height = draw_window(studio, gui, "Entry", below, [&] { draw_entry_editor(studio, panel.editor); });
 }
 
 // --- mirrors and radial symmetry -------------------------------------------------------------------------------------

@@ -20,15 +20,21 @@ namespace knead::studio {
 
 namespace {
 
-constexpr std::size_t kSearchedFrom = 6;   // entries
 constexpr const char* kDragged = "layer";  // what is carried by drag and drop: the number of an entry
+
+// The name that a person gave, or what the entry does.
+std::string label_of(const Studio& studio, const HistoryEntry& entry) {
+  const std::string words = words_of(entry.strokes, text_of(studio.preferences().unit));
+  const std::string& own = entry.strokes.front().name;
+  return own.empty() ? words : fmt::format("{}  ({})", own, words);
+}
 
 void draw_numbers(LayerEditor& layers) {
   for (const StrokeField& field : fields_of(layers.strokes)) {
     double value = field.value;
-    std::string label = fmt::format("{}##{}", word_for_key(field.name), field.name);
+    std::string label = fmt::format("{}##{}", field.label, field.name);
     label[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(label[0])));
-    if (!type_number(label.c_str(), value, {-1e9, 1e9}, field.help.c_str())) continue;
+    if (!type_number(label.c_str(), value, {-1e9, 1e9}, field.help.c_str(), "%.4g")) continue;
     std::vector<SessionStroke> strokes = layers.strokes;
     set_field(strokes, field.name, value);
     set_strokes(layers, std::move(strokes));
@@ -102,10 +108,14 @@ void begin_renaming(const Studio& studio, HistoryEditor& editor, std::size_t ent
   editor.is_beginning = true;
 }
 
-void draw_editor(Studio& studio, HistoryEditor& editor) {
+}  // namespace
+
+void draw_entry_editor(Studio& studio, HistoryEditor& editor) {
   LayerEditor& layers = studio.history().editor();
   const std::size_t entry = *layers.entry;
-  ImGui::Indent();
+  if (entry >= studio.document().shown().history.size()) return;  // a frame
+  ImGui::BeginDisabled(editor.is_beginning);                      // the second click of two is for the name
+  ImGui::TextUnformatted(label_of(studio, *studio.document().shown().history[entry]).c_str());
   draw_strength(studio, editor, entry);
   draw_order(studio, entry);
   draw_numbers(layers);
@@ -123,8 +133,10 @@ void draw_editor(Studio& studio, HistoryEditor& editor) {
     studio.history().change(removed(entry));
     studio.history().select(std::nullopt);
   }
-  ImGui::Unindent();
+  ImGui::EndDisabled();
 }
+
+namespace {
 
 void draw_past_banner(Studio& studio) {
   const DocumentState& shown = studio.document().shown();
@@ -157,13 +169,6 @@ void carry(Studio& studio, std::size_t entry) {
     studio.history().change(moved(*static_cast<const std::size_t*>(payload->Data), entry));
   }
   ImGui::EndDragDropTarget();
-}
-
-// The name that a person gave, or what the entry does.
-std::string label_of(const Studio& studio, const HistoryEntry& entry) {
-  const std::string words = words_of(entry.strokes, text_of(studio.preferences().unit));
-  const std::string& own = entry.strokes.front().name;
-  return own.empty() ? words : fmt::format("{}  ({})", own, words);
 }
 
 void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
@@ -206,7 +211,6 @@ void draw_entry(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   } else {
     draw_name(studio, editor, entry);
   }
-  if (studio.history().editor().entry == entry) draw_editor(studio, editor);
   ImGui::PopID();
 }
 
@@ -221,7 +225,7 @@ void draw_history(Studio& studio, HistoryEditor& editor) {
   if (ImGui::IsMouseClicked(0)) editor.clicked.reset();
   ImGui::BeginDisabled(renames);
   draw_past_banner(studio);
-  if (shown.history.size() >= kSearchedFrom || !editor.search.empty()) {
+  if (!shown.history.empty() || !editor.search.empty()) {
     ImGui::SetNextItemWidth(-1);
     ImGui::InputTextWithHint("##search", "Search", &editor.search);
   }

@@ -252,6 +252,7 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   const ToolSettings& settings = studio.tools().settings();
   const StudioTool& tool = *settings.tool;
   std::vector<HandSetting> all;
+  all.push_back({142, [&](float /*pixels*/) { draw_hand_mirrors(studio); }, true});  // where it is, whatever the tool
   if (has_mode(studio)) all.push_back({130, [&](float width) { draw_mode(studio, width); }});
   if (has_radius(settings)) all.push_back({kSliderWidth, [&](float width) { draw_hand_radius(studio, width); }});
   for (const std::string_view slider : tool.sliders) {
@@ -260,11 +261,12 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   if (!tool.strength.empty()) {
     all.push_back({kSliderWidth, [&](float width) { draw_tool_setting(studio, tool.strength, width); }});
   }
-  if (tool.has_inner) all.push_back({110, [&](float width) { draw_hand_inner(studio, width); }});
+  if (tool.has_inner && has_radius(settings)) {
+    all.push_back({125, [&](float width) { draw_hand_inner(studio, width); }});
+  }
   if (blends(settings)) {
     all.push_back({110, [&](float width) { draw_tool_setting(studio, "falloff", width); }});
   }
-  all.push_back({142, [&](float /*pixels*/) { draw_hand_mirrors(studio); }, true});
   if (has_drag_mode(settings)) all.push_back({170, [&](float width) { draw_drag_mode(studio, width); }});
   return all;
 }
@@ -288,7 +290,7 @@ void draw_tool_name(const Studio& studio, const Gui& gui, bool has_room = true) 
   Gui::end_heading();
   help_on_hover(tool.tip);
   // A place for the longest name, so that the sliders stay where they are.
-  ImGui::SameLine(std::max(kNameWidth * gui.unit(), ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x + height));
+  ImGui::SameLine(std::max(kNameWidth * gui.unit(), ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x));
 }
 
 }  // namespace
@@ -353,7 +355,7 @@ constexpr int kToolColumns = 3;
 void draw_tools_popup(Studio& studio, const Gui& gui, const Area& bar) {
   ImGui::SetNextWindowPos({bar.left + kPanelGap * gui.unit(), bar.top}, ImGuiCond_Always, {0, 1});
   if (!ImGui::BeginPopup(kToolsPopup)) return;
-  const float room = std::min(bar.width() - 6 * kPanelGap * gui.unit(), 3.2F * kNameWidth * gui.unit());
+  const float room = std::min(bar.width() - 6 * kPanelGap * gui.unit(), 2.7F * kNameWidth * gui.unit());
   const ImVec2 size{room / kToolColumns, kTouchSize * gui.unit()};
   for (const ToolGroup group : kToolGroups) {
     ImGui::TextDisabled("%s", name_of(group));

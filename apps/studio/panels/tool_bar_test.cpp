@@ -116,13 +116,31 @@ TEST_F(ToolBarTest, TheBarHasTheMirrorsAndWhatRarelyChangesIsFolded) {
   ASSERT_TRUE(panels.click_item("Tool", "Y##mirror"));
   EXPECT_FALSE(panels.studio.tools().settings().mirror[1]);
   // No setting of any tool is cut off at the window's right end.
+  const ImGuiID mirror = ImGui::FindWindowByName("Tool")->GetID("X##mirror");
+  const auto place = panels.place_in(panels.interface.layout().top_bar, mirror);
   for (const StudioTool& tool : studio_tools()) {
     panels.studio.perform(action_of(tool));
     panels.frame();
     panels.frame();
     EXPECT_LE(ImGui::FindWindowByName("Tool")->ContentSize.x, 1280) << tool.name;
-    EXPECT_TRUE(panels.click_item("Tool", "X##mirror")) << tool.name;
+    panels.click(place->first, place->second);
+    EXPECT_TRUE(panels.studio.tools().settings().mirror[0]) << tool.name << ": the mirrors stay where they are";
     panels.studio.tools().settings().mirror = {};
+  }
+}
+
+TEST_F(ToolBarTest, ABoxOrLassoOfAMaskHasNoRadius) {
+  ShownPanels panels(options(), 1280, 800);
+  open_ball(panels);
+  run(panels.studio, R"({"tool": "mask"})");
+  for (const MaskMode mode : {MaskMode::paint, MaskMode::lasso, MaskMode::box}) {
+    panels.studio.tools().settings().mask_mode = mode;
+    panels.frame();
+    ImGuiWindow& bar = *ImGui::FindWindowByName("Tool");
+    for (const char* label : {"##Radius", "##Inner ratio"}) {
+      const bool is_there = panels.place_in(panels.interface.layout().top_bar, bar.GetID(label)).has_value();
+      EXPECT_EQ(is_there, mode == MaskMode::paint) << label;
+    }
   }
 }
 
@@ -496,14 +514,11 @@ TEST_F(ToolBarTest, TheHistoryIsSearchedAndItsStrengthShowsWhatIsMade) {
   EXPECT_LT(ShownPanels::area_of("History").height(), all - 4 * ImGui::GetFrameHeight()) << "one entry is left";
   const int entry = 5;
   const ImGuiID history = ImGui::FindWindowByName("History")->ID;
-  const auto in_entry = [&](const char* label) {
-    return ImHashStr(label, 0, ImHashData(&entry, sizeof entry, history));
-  };
-  const auto name = panels.place_of(in_entry("###name"));
+  const auto name = panels.place_of(ImHashStr("###name", 0, ImHashData(&entry, sizeof entry, history)));
   ASSERT_TRUE(name);
   panels.click(name->first, name->second);
   for (int i = 0; i < 3; ++i) panels.frame();
-  const auto strength = panels.place_of(in_entry("##Strength"));
+  const auto strength = panels.place_of(ImGui::FindWindowByName("Entry")->GetID("##Strength"));
   ASSERT_TRUE(strength);
   panels.drag(strength->first, strength->second, strength->first - 400, strength->second);
   EXPECT_EQ(strength_of(panels.studio.document().shown().history[5]->strokes), 0);

@@ -335,7 +335,8 @@ std::vector<std::string> numbers_at_pointer(const Studio& studio) {
   const ToolSettings& settings = studio.tools().settings();
   const std::optional<double> radius = radius_of_gesture(studio);
   if (radius) lines.push_back("Radius " + text_of({AmountKind::length, *radius}, unit));
-  if (is_painting) {
+  if (is_painting && settings.tool->brush->pinch != 0) lines.push_back(fmt::format("Strength {:.4g}", settings.pinch));
+  if (is_painting && settings.tool->brush->pinch == 0) {
     lines.push_back("Depth " + text_of({AmountKind::length, settings.depth * settings.radius}, unit));
   }
   const DocumentState& shown = studio.document().shown();

@@ -393,17 +393,16 @@ const std::vector<PlaneLine>& Overlay::outline(const Studio& studio) {
   const ToolSettings& settings = studio.tools().settings();
   const std::optional<PrintPicture>& picture = studio.tools().placed().picture;
   PrintStroke stroke;
-  stroke.height = stroke.depth = 1;  // a picture's and a text's outlines do not depend on these
-  if (settings.tool->use == ToolUse::print && picture) {
-    stroke.file = picture->source.string();
-  } else if (settings.tool->use == ToolUse::print) {
+  stroke.height = stroke.depth = 1;  // a text's outline does not depend on these
+  if (settings.tool->use == ToolUse::print) {
+    if (picture) return picture->outline;
     stroke.text = settings.text;
     stroke.font = settings.font;
   }
   if (stroke == outlined_) return outline_;
   outline_.clear();
   try {
-    if (!(stroke.text.empty() && stroke.file.empty())) outline_ = print_outline(stroke, {});
+    if (!stroke.text.empty()) outline_ = print_outline(stroke, {});
   } catch (const InvalidInput&) {
     outline_.clear();  // the stroke says why it cannot be printed
   }

@@ -421,7 +421,7 @@ void main() {
   float brightness = 1.0;
   if (with_cavity > 0.5) brightness *= cavity(texel, p, n, -normalize(ray_direction(gl_FragCoord.xy)), size);
   if (with_occlusion > 0.5) brightness *= occlusion_here(texel, p, n, size);
-  factor = vec4(0.5 * brightness);
+  factor = vec4(vec3(0.5 * brightness), 0.5);
 }
 )";
 

@@ -72,6 +72,12 @@ struct Point {
   Vec3f color;   // linear
 };
 
+// How the normal beside a point leans along an axis, and from 0 to 1 how surely it is of the same surface.
+struct Lean {
+  float by = 0;
+  float surely = 0;
+};
+
 // The data of some points for the lights' loops, which compilers vectorise, and the light that they collect.
 struct Lanes {
   MapPlaces places;  // lifted off the surface
@@ -138,7 +144,7 @@ class Shader {
   void find_points(int y, int left, int right, std::vector<Point>& points) const;
   void add_lamps(std::span<const Point> points, Vec3f* light) const;
   Vec3f ball(const Point& point) const;
-  float lean(const Point& point, int dx, int dy, const Vec3f& axis, float size, bool& is_one_surface) const;
+  Lean lean(const Point& point, int dx, int dy, const Vec3f& axis, float size) const;
   float spread(const Point& point, int away, float size) const;
   float cavity(const Point& point) const;
   float occlusion(const Point& point) const;
@@ -284,31 +290,38 @@ Vec3f Shader::ball(const Point& point) const {
 
 // The neighbourhood in the picture, as in kRelief of surface.h.
 
-// Returns how the normal beside a point leans along an axis.
-float Shader::lean(const Point& point, int dx, int dy, const Vec3f& axis, float size, bool& is_one_surface) const {
+// Returns from 0 on an outline, where every surface turns away, to 1.
+float is_inside(const Vec3f& normal, const Vec3f& to_eye) { return smooth_step(0.1F, 0.6F, dot(normal, to_eye)); }
+
+float across(const Lean& a, const Lean& b) {
+  return 2 * (a.surely * a.by - b.surely * b.by) / std::max(a.surely + b.surely, 1.0F);
+}
+
+Lean Shader::lean(const Point& point, int dx, int dy, const Vec3f& axis, float size) const {
   const Part& part = drawn_.pass.part;
   const int x = std::clamp(point.x + dx, part.left, part.left + part.width - 1);
   const int y = std::clamp(point.y + dy, part.bottom, part.bottom + part.height - 1);
-  const float off = std::abs(dot(point.facing, drawn_.place_at(x, y) - point.p));
-  is_one_surface =
-      is_one_surface && drawn_.depth_at(x, y) < 1 && off <= 2 * static_cast<float>(std::abs(dx + dy)) * size;
-  return dot(normalized(drawn_.normal_at(x, y)) - point.facing, axis);
+  const Vec3f d = drawn_.place_at(x, y) - point.p;
+  const float off = std::max(std::abs(dot(point.facing, d)), 0.3F * std::sqrt(dot(d, d)) * dot(point.facing, point.v));
+  const float away = static_cast<float>(std::abs(dx + dy)) * size;
+  if (!(drawn_.depth_at(x, y) < 1 && off < 0.8F * away)) return {};
+  const Vec3f other = normalized(drawn_.normal_at(x, y));
+  return {std::clamp(dot(other - point.facing, axis), -0.25F, 0.25F),
+          (1 - smooth_step(0.3F, 0.8F, off / away)) * is_inside(other, point.v)};
 }
 
 float Shader::spread(const Point& point, int away, float size) const {
   const Vec3f x = normalized(drawn_.rays.side);
   const Vec3f y = normalized(drawn_.rays.top);
-  bool is_one_surface = true;
-  const float sum = lean(point, away, 0, x, size, is_one_surface) - lean(point, -away, 0, x, size, is_one_surface) +
-                    lean(point, 0, away, y, size, is_one_surface) - lean(point, 0, -away, y, size, is_one_surface);
-  return is_one_surface ? sum : 0;
+  return across(lean(point, away, 0, x, size), lean(point, -away, 0, x, size)) +
+         across(lean(point, 0, away, y, size), lean(point, 0, -away, y, size));
 }
 
 float Shader::cavity(const Point& point) const {
   const int away = std::max(1, rounded(static_cast<float>(kFinestCavity * drawn_.pass.height)));
   const float size = drawn_.rays.size(point.depth);
   float c = 0.8F * spread(point, away, size) + 0.5F * spread(point, 3 * away, size);
-  c *= smooth_step(0.1F, 0.6F, dot(point.facing, point.v));  // on the outline every surface turns away
+  c *= is_inside(point.facing, point.v);
   return c < 0 ? 1 / (1 - 1.1F * c) : 1 + 0.55F * c / (0.6F + c);
 }
 
