@@ -137,9 +137,11 @@ std::vector<S> GridCells::numbers(const SharedNumbers& growth) const {
 
 std::vector<double> GridCells::from_planes(std::span<const double> planes) const {
   std::vector<double> result;
-  for_each_node([&](std::size_t /*node*/, std::size_t number) {
-    for (std::size_t axis = 0; axis < 3; ++axis) result.push_back(planes[axis * used_.size() + number]);
-  });
+  for (std::size_t first = 0; first < planes.size(); first += 3 * used_.size()) {
+    for_each_node([&](std::size_t /*node*/, std::size_t number) {
+      for (std::size_t axis = 0; axis < 3; ++axis) result.push_back(planes[first + axis * used_.size() + number]);
+    });
+  }
   return result;
 }
 

@@ -407,7 +407,8 @@ class GridCells {
   template <class S>
   std::vector<S> numbers(const SharedNumbers& growth) const;
 
-  // Returns three numbers for each node of the grid, from three planes in the order of GridView.
+  // Returns three numbers for each node of the grid, from three planes in the order of GridView; from six planes those
+  // of the second three after them.
   std::vector<double> from_planes(std::span<const double> planes) const;
 
   const std::vector<std::uint8_t>& used() const { return used_; }

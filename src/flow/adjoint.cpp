@@ -200,10 +200,7 @@ class GridGradient {
   std::size_t sums() const { return 3 * sets_ * cells_.used().size(); }
 
   // Returns whether a coefficient acts at x, also if it is 0.
-  bool reaches(const Vec3d& x) const {
-    return x.x > box_.min.x && x.x < box_.max.x && x.y > box_.min.y && x.y < box_.max.y && x.z > box_.min.z &&
-           x.z < box_.max.z;
-  }
+  bool reaches(const Vec3d& x) const { return contains(box_, x); }
 
   // Moves at most kPointsOfChunk points.
   void move(std::span<Vec3d> points) const {
@@ -244,15 +241,7 @@ class GridGradient {
   }
 
   // Returns three numbers a coefficient.
-  std::vector<double> coefficients(const std::vector<double>& sums) const {
-    std::vector<double> result;
-    for (std::size_t set = 0; set < sets_; ++set) {
-      const std::size_t count = 3 * cells_.used().size();
-      const std::vector<double> own = cells_.from_planes(std::span(sums).subspan(set * count, count));
-      result.insert(result.end(), own.begin(), own.end());
-    }
-    return result;
-  }
+  std::vector<double> coefficients(const std::vector<double>& sums) const { return cells_.from_planes(sums); }
 
  private:
   static constexpr double kSplineReach = 2;  // spacings beyond the nodes

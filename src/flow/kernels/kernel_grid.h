@@ -11,6 +11,7 @@
 
 #include <limits>
 
+#include "flow/kernels/kernel_points.h"
 #include "flow/kernels/kernel_stage.h"
 
 namespace knead::detail {
@@ -113,6 +114,49 @@ FieldKernel<typename P::Scalar> grid_kernel() {
   kernel.limit = &limit_grid<P, masked, S>;
   kernel.limits_place = masked;
   return kernel;
+}
+
+// Loads three numbers of each lane of a pack: the vector, or from 3, 6 or 9 on a row of the matrix.
+template <class P, std::size_t n>
+KNEAD_INLINE Vec3<P> load_three(const JacobianBundle<n>& from, std::size_t first, std::size_t i) {
+  return {P::load(from.of[first] + i), P::load(from.of[first + 1] + i), P::load(from.of[first + 2] + i)};
+}
+
+template <class P, std::size_t n>
+KNEAD_INLINE void store_three(const Vec3<P>& v, JacobianBundle<n>& to, std::size_t first, std::size_t i) {
+  v.x.store(to.of[first] + i);
+  v.y.store(to.of[first + 1] + i);
+  v.z.store(to.of[first + 2] + i);
+}
+
+// place_of(y, i): the cells of a pack's places, and the positions in them.
+template <class P, class PlaceOf>
+KNEAD_INLINE void find_grid_gradients(const GridKernelField<double>& field, const JacobianBundle<0>& places,
+                                      const double* times, std::uint32_t asked, JacobianBundle<0>& slopes,
+                                      const PlaceOf& place_of) {
+  const GridView<double>& grid = field.grid;
+  for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
+    const std::uint32_t lanes = asked >> i & lanes_in_use<P>(i, kJacobianLanes);
+    if (lanes == 0) continue;
+    const P t = P::load(times + i);
+    const GridPlace<P> place = place_of(load_three<P>(places, 0, i) - Vec3<P>(field.center), i);
+    GridSlope<P> slope;
+    for_each_cell(grid, place.cell, lanes, [&](std::ptrdiff_t node, const auto& here) {
+      const GridSlope<P> sum = slope_in_cell(grid, node, place.within, t);
+      slope.velocity = select(here, sum.velocity, slope.velocity);
+      for (std::size_t row = 0; row < 3; ++row) slope.rows[row] = select(here, sum.rows[row], slope.rows[row]);
+    });
+    store_three(slope.velocity, slopes, 0, i);
+    for (std::size_t row = 0; row < 3; ++row) store_three(slope.rows[row], slopes, 3 + 3 * row, i);
+  }
+}
+
+template <class P>
+void find_grid_gradients(const void* data, const JacobianBundle<0>& places, const double* times, std::uint32_t asked,
+                         JacobianBundle<0>& slopes) {
+  const auto& field = *static_cast<const GridKernelField<double>*>(data);
+  find_grid_gradients<P>(field, places, times, asked, slopes,
+                         [&](const Vec3<P>& y, std::size_t /*i*/) { return place_in(field.grid, y); });
 }
 
 // Returns the distance of a place from a part's support; negative inside.
