@@ -44,6 +44,26 @@ double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
 }
 
+// Discards the journals of other runs that are empty or saved.
+void discard_needless_journals(Studio& studio) {
+  const std::vector<AbandonedJournal> journals = studio.document().abandoned();
+  for (const AbandonedJournal& journal : journals) {
+    const bool is_needless = journal.strokes == 0 || journal.is_saved;
+    if (is_needless && journal.problem.empty()) studio.document().discard(std::filesystem::path(journal.folder));
+  }
+}
+
+void begin(Studio& studio, const ApplicationOptions& options) {
+  if (options.backend) studio.preferences().backend = *options.backend;
+  if (options.shape) {
+    studio.document().open(*options.shape);
+  } else {
+    studio.document().open_made(ShapeKind::sphere, kFirstVertices);
+  }
+  for (const std::filesystem::path& shape : options.also) studio.document().add(shape);
+  if (options.session) studio.document().open(*options.session);
+}
+
 }  // namespace
 
 // A window with all that is drawn in it.
@@ -310,30 +330,6 @@ class Application {
   Fineness fineness_ = Fineness::smooth;    // of the last picture
   std::optional<Clock::time_point> began_;  // of the last picture, until it is noted
 };
-
-namespace {
-
-// Discards the journals of other runs that are empty or saved.
-void discard_needless_journals(Studio& studio) {
-  const std::vector<AbandonedJournal> journals = studio.document().abandoned();
-  for (const AbandonedJournal& journal : journals) {
-    const bool is_needless = journal.strokes == 0 || journal.is_saved;
-    if (is_needless && journal.problem.empty()) studio.document().discard(std::filesystem::path(journal.folder));
-  }
-}
-
-void begin(Studio& studio, const ApplicationOptions& options) {
-  if (options.backend) studio.preferences().backend = *options.backend;
-  if (options.shape) {
-    studio.document().open(*options.shape);
-  } else {
-    studio.document().open_made(ShapeKind::sphere, kFirstVertices);
-  }
-  for (const std::filesystem::path& shape : options.also) studio.document().add(shape);
-  if (options.session) studio.document().open(*options.session);
-}
-
-}  // namespace
 
 void run_application(const ApplicationOptions& options) {
   Studio studio({});

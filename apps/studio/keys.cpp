@@ -143,6 +143,32 @@ bool take(std::string_view& text, std::string_view prefix) {
 
 bool remove_chord(std::vector<Chord>& chords, const Chord& chord) { return std::erase(chords, chord) > 0; }
 
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+std::vector<std::string> words_of(std::string_view text) {
+  std::istringstream stream(lower(text));
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+// 0 is best; 3: not found.
+int rank_of(Action action, const std::vector<std::string>& words) {
+  const std::string title = lower(title_of(action));
+  const std::string all =
+      title + " " + lower(group_of(action)) + " " + lower(name_of(action)) + " " + std::string(info(action).also);
+  const bool has_all = std::all_of(words.begin(), words.end(),
+                                   [&](const std::string& word) { return all.find(word) != std::string::npos; });
+  if (!has_all) return 3;
+  if (words.empty() || title.starts_with(words.front())) return 0;
+  return title.find(" " + words.front()) != std::string::npos ? 1 : 2;
+}
+
 }  // namespace
 
 std::span<const Action> all_actions() {
@@ -265,36 +291,6 @@ std::vector<std::string> choose_keys(KeyMap& keys, std::span<const KeyChoice> ch
   }
   return messages;
 }
-
-namespace {
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
-std::vector<std::string> words_of(std::string_view text) {
-  std::istringstream stream(lower(text));
-  std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
-  return words;
-}
-
-// 0 is best; 3: not found.
-int rank_of(Action action, const std::vector<std::string>& words) {
-  const std::string title = lower(title_of(action));
-  const std::string all =
-      title + " " + lower(group_of(action)) + " " + lower(name_of(action)) + " " + std::string(info(action).also);
-  const bool has_all = std::all_of(words.begin(), words.end(),
-                                   [&](const std::string& word) { return all.find(word) != std::string::npos; });
-  if (!has_all) return 3;
-  if (words.empty() || title.starts_with(words.front())) return 0;
-  return title.find(" " + words.front()) != std::string::npos ? 1 : 2;
-}
-
-}  // namespace
 
 std::vector<Action> found_actions(std::string_view text) {
   const std::vector<std::string> words = words_of(text);

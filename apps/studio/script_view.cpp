@@ -58,34 +58,6 @@ std::string parts_line(const PartMarks& parts) {
   return fmt::format(R"({{"parts": [{}], "of": {}}})", text, marks.size());
 }
 
-}  // namespace
-
-std::string script_of_view(Studio& studio) {
-  const std::string tool = fmt::format(R"({{"tool": "{}"}})", word_of(*studio.tools().settings().tool));
-  const std::vector<Pin>& pins = studio.tools().placed().pins;
-  const std::string of_pins = pins.empty() ? "" : pins_line(pins, studio.document().shown().state) + "\n";
-  const PartMarks& parts = studio.tools().placed().parts;
-  const std::string of_parts = parts.holds.empty() ? "" : parts_line(parts) + "\n";
-  const Json set{{"set", json_of(settings_of(studio.tools().settings()))}};
-  const Json view{{"view", json_of(settings_of(studio.view().navigation().view))}};
-  return tool + "\n" + to_text(set) + "\n" + to_text(view) + "\n" + of_pins + of_parts;
-}
-
-void restore_view(Studio& studio, const std::string& script) {
-  std::istringstream lines(script);
-  std::string line;
-  while (std::getline(lines, line)) {
-    std::istringstream one(line);
-    try {
-      run_script(one, "view", studio, {});
-    } catch (const InvalidInput& error) {
-      studio.document().tell({false, fmt::format("The view could not be restored as it was: {}", error.what())});
-    }
-  }
-}
-
-namespace {
-
 // The context comes first, and goes last.
 struct Canvas {
   gl::OffscreenContext context;
@@ -111,6 +83,30 @@ void write_picture(const Studio& studio, const std::filesystem::path& path, Back
 }
 
 }  // namespace
+
+std::string script_of_view(Studio& studio) {
+  const std::string tool = fmt::format(R"({{"tool": "{}"}})", word_of(*studio.tools().settings().tool));
+  const std::vector<Pin>& pins = studio.tools().placed().pins;
+  const std::string of_pins = pins.empty() ? "" : pins_line(pins, studio.document().shown().state) + "\n";
+  const PartMarks& parts = studio.tools().placed().parts;
+  const std::string of_parts = parts.holds.empty() ? "" : parts_line(parts) + "\n";
+  const Json set{{"set", json_of(settings_of(studio.tools().settings()))}};
+  const Json view{{"view", json_of(settings_of(studio.view().navigation().view))}};
+  return tool + "\n" + to_text(set) + "\n" + to_text(view) + "\n" + of_pins + of_parts;
+}
+
+void restore_view(Studio& studio, const std::string& script) {
+  std::istringstream lines(script);
+  std::string line;
+  while (std::getline(lines, line)) {
+    std::istringstream one(line);
+    try {
+      run_script(one, "view", studio, {});
+    } catch (const InvalidInput& error) {
+      studio.document().tell({false, fmt::format("The view could not be restored as it was: {}", error.what())});
+    }
+  }
+}
 
 bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options, BackendChoice backend) {
   Studio studio(options);

@@ -182,6 +182,46 @@ std::vector<std::uint32_t> under_brush(const Pointer& pointer, const GestureCont
   return vertices;
 }
 
+// Returns the connected vertices beyond a plane through a joint, on the side that `direction` points to. Returns none
+// if they are also connected to the other side far from the joint.
+std::vector<std::uint32_t> piece_beyond(const Placement& joint, const Vec3d& direction, const GestureContext& around,
+                                        std::span<const Vec3d> positions) {
+  const auto is_beyond = [&](std::uint32_t v) { return dot(positions[v] - joint.center, direction) > 0; };
+  const auto distance = [&](std::uint32_t v) { return norm2(positions[v] - joint.center); };
+  std::optional<std::uint32_t> first;
+  for (std::uint32_t v = 0; v < positions.size(); ++v) {
+    if (is_beyond(v) && (!first || distance(v) < distance(*first))) first = v;
+  }
+  if (!first) return {};
+  std::vector<std::uint32_t> links(positions.size());  // to a smaller vertex of the same piece, or to itself
+  std::iota(links.begin(), links.end(), 0U);
+  const auto root_of = [&](std::uint32_t v) {
+    while (links[v] != v) v = links[v] = links[links[v]];
+    return v;
+  };
+  for (const Triangle& t : around.picker->triangles()) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!is_beyond(t[k]) || !is_beyond(t[(k + 1) % 3])) continue;
+      const auto [smaller, greater] = std::minmax({root_of(t[k]), root_of(t[(k + 1) % 3])});
+      links[greater] = smaller;
+    }
+  }
+  const auto is_in = [&](std::uint32_t v) { return is_beyond(v) && root_of(v) == root_of(*first); };
+  double border2 = 0;
+  for (const Triangle& t : around.picker->triangles()) {
+    if (std::none_of(t.begin(), t.end(), is_in)) continue;
+    for (const std::uint32_t v : t) border2 = is_beyond(v) ? border2 : std::max(border2, distance(v));
+  }
+  Box box;
+  std::vector<std::uint32_t> piece;
+  for (std::uint32_t v = 0; v < positions.size(); ++v) {
+    if (!is_in(v)) continue;
+    piece.push_back(v);
+    box.extend(positions[v]);
+  }
+  return border2 < std::pow(kBorderOfPiece * box.diagonal(), 2) ? piece : std::vector<std::uint32_t>{};
+}
+
 }  // namespace
 
 std::optional<std::size_t> part_of(const PartMarks& parts, std::uint32_t vertex) {
@@ -335,50 +375,6 @@ std::string add_limb(const Pointer& pointer, const GestureContext& around, Place
   add_part(limb.vertices, around.state, parts);
   return {};
 }
-
-namespace {
-
-// Returns the connected vertices beyond a plane through a joint, on the side that `direction` points to. Returns none
-// if they are also connected to the other side far from the joint.
-std::vector<std::uint32_t> piece_beyond(const Placement& joint, const Vec3d& direction, const GestureContext& around,
-                                        std::span<const Vec3d> positions) {
-  const auto is_beyond = [&](std::uint32_t v) { return dot(positions[v] - joint.center, direction) > 0; };
-  const auto distance = [&](std::uint32_t v) { return norm2(positions[v] - joint.center); };
-  std::optional<std::uint32_t> first;
-  for (std::uint32_t v = 0; v < positions.size(); ++v) {
-    if (is_beyond(v) && (!first || distance(v) < distance(*first))) first = v;
-  }
-  if (!first) return {};
-  std::vector<std::uint32_t> links(positions.size());  // to a smaller vertex of the same piece, or to itself
-  std::iota(links.begin(), links.end(), 0U);
-  const auto root_of = [&](std::uint32_t v) {
-    while (links[v] != v) v = links[v] = links[links[v]];
-    return v;
-  };
-  for (const Triangle& t : around.picker->triangles()) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (!is_beyond(t[k]) || !is_beyond(t[(k + 1) % 3])) continue;
-      const auto [smaller, greater] = std::minmax({root_of(t[k]), root_of(t[(k + 1) % 3])});
-      links[greater] = smaller;
-    }
-  }
-  const auto is_in = [&](std::uint32_t v) { return is_beyond(v) && root_of(v) == root_of(*first); };
-  double border2 = 0;
-  for (const Triangle& t : around.picker->triangles()) {
-    if (std::none_of(t.begin(), t.end(), is_in)) continue;
-    for (const std::uint32_t v : t) border2 = is_beyond(v) ? border2 : std::max(border2, distance(v));
-  }
-  Box box;
-  std::vector<std::uint32_t> piece;
-  for (std::uint32_t v = 0; v < positions.size(); ++v) {
-    if (!is_in(v)) continue;
-    piece.push_back(v);
-    box.extend(positions[v]);
-  }
-  return border2 < std::pow(kBorderOfPiece * box.diagonal(), 2) ? piece : std::vector<std::uint32_t>{};
-}
-
-}  // namespace
 
 bool add_part_beyond(const Placement& joint, const GestureContext& around, PlacedTools& placed) {
   if (around.picker == nullptr) return false;

@@ -162,6 +162,29 @@ void show_frame(Studio& studio, Dialogs& dialogs) {
   }
 }
 
+constexpr int kRowsShown = 12;
+
+// Returns the action that was clicked.
+std::optional<Action> draw_found(const Studio& studio, CommandSearch& search, const std::vector<Action>& found) {
+  std::optional<Action> clicked;
+  if (ImGui::BeginChild("found", {-1, kRowsShown * ImGui::GetTextLineHeightWithSpacing()}, true)) {
+    if (found.empty()) ImGui::TextDisabled("No command has these words.");
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const bool is_chosen = i == search.chosen;
+      const std::string keys =
+          fmt::format("{}   {}", place_of(found[i]), keys_text(studio.preferences().keys, found[i]));
+      ImGui::PushID(static_cast<int>(i));
+      if (ImGui::Selectable(std::string(title_of(found[i])).c_str(), is_chosen)) clicked = found[i];
+      if (is_chosen && !ImGui::IsItemVisible()) ImGui::SetScrollHereY();
+      ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(keys.c_str()).x);
+      ImGui::TextDisabled("%s", keys.c_str());
+      ImGui::PopID();
+    }
+  }
+  ImGui::EndChild();
+  return clicked;
+}
+
 }  // namespace
 
 void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what) {
@@ -285,33 +308,6 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
 }
 
 // --- the search of commands ------------------------------------------------------------------------------------------
-
-namespace {
-
-constexpr int kRowsShown = 12;
-
-// Returns the action that was clicked.
-std::optional<Action> draw_found(const Studio& studio, CommandSearch& search, const std::vector<Action>& found) {
-  std::optional<Action> clicked;
-  if (ImGui::BeginChild("found", {-1, kRowsShown * ImGui::GetTextLineHeightWithSpacing()}, true)) {
-    if (found.empty()) ImGui::TextDisabled("No command has these words.");
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      const bool is_chosen = i == search.chosen;
-      const std::string keys =
-          fmt::format("{}   {}", place_of(found[i]), keys_text(studio.preferences().keys, found[i]));
-      ImGui::PushID(static_cast<int>(i));
-      if (ImGui::Selectable(std::string(title_of(found[i])).c_str(), is_chosen)) clicked = found[i];
-      if (is_chosen && !ImGui::IsItemVisible()) ImGui::SetScrollHereY();
-      ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(keys.c_str()).x);
-      ImGui::TextDisabled("%s", keys.c_str());
-      ImGui::PopID();
-    }
-  }
-  ImGui::EndChild();
-  return clicked;
-}
-
-}  // namespace
 
 void draw_search(Studio& studio, const Gui& gui, CommandSearch& search) {
   constexpr const char* kTitle = "Search commands";

@@ -134,17 +134,6 @@ float draw_pose_offer(Studio& studio, const Gui& gui, const StrokeNotes& notes) 
   });
 }
 
-}  // namespace
-
-bool draw_pose_button(Studio& studio) {
-  const bool is_clicked = ImGui::SmallButton("Pose it");
-  help_on_hover("Turns what is beyond this place as a pose.");
-  if (is_clicked) studio.pose_placed();
-  return is_clicked;
-}
-
-namespace {
-
 // Of a twist or bend that finds no part.
 float draw_bend_offer(Studio& studio, const Gui& gui) {
   return draw_offer(studio, gui, fmt::format("{} finds no part here.", studio.tools().settings().tool->name),
@@ -162,6 +151,13 @@ float draw_offers(Studio& studio, const Gui& gui) {
 }
 
 }  // namespace
+
+bool draw_pose_button(Studio& studio) {
+  const bool is_clicked = ImGui::SmallButton("Pose it");
+  help_on_hover("Turns what is beyond this place as a pose.");
+  if (is_clicked) studio.pose_placed();
+  return is_clicked;
+}
 
 float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched) {
   if (studio.view().settings().stretch != StretchView::off) draw_legend(studio, gui, stretched.is_known);

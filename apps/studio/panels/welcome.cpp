@@ -100,52 +100,6 @@ bool draw_beginnings(Studio& studio, Dialogs& dialogs) {
   return is_done;
 }
 
-}  // namespace
-
-void draw_welcome(Studio& studio, Dialogs& dialogs, const Gui& gui) {
-  constexpr const char* kTitle = "Welcome";
-  Welcome& welcome = dialogs.welcome;
-  if (!welcome.is_open) return;
-  if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
-  ImGui::SetNextWindowSize({std::min(kSheetWidth * gui.unit(), 0.96F * size.x), 0});
-  ImGui::SetNextWindowSizeConstraints({0, 0}, {size.x, 0.96F * size.y});
-  constexpr int flags = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove;
-  if (!ImGui::BeginPopupModal(kTitle, nullptr, flags)) return;
-  Gui::begin_heading();
-  ImGui::TextUnformatted("What do you want to shape?");
-  Gui::end_heading();
-  ImGui::Spacing();
-  bool is_done = draw_beginnings(studio, dialogs);
-  ImGui::Spacing();
-  is_done = draw_recent_files(studio, dialogs) || is_done;
-  ImGui::TextDisabled("Examples");
-  for (const Example& example : kExamples) {
-    if (!draw_example(example, gui)) continue;
-    do_or_ask(studio, dialogs, [&studio, &example] { open_example(studio, example); });
-    is_done = true;
-  }
-  ImGui::Separator();
-  if (ImGui::Button("Tour of one minute")) {
-    studio.perform(Action::tour);
-    is_done = true;
-  }
-  ImGui::SameLine();
-  if (ImGui::Checkbox("Show this at the start", &studio.preferences().welcome)) studio.save_preferences();
-  constexpr int on_it = ImGuiHoveredFlags_RootAndChildWindows | ImGuiHoveredFlags_AllowWhenBlockedByActiveItem;
-  const bool is_beside = ImGui::IsMouseClicked(0) && !ImGui::IsWindowHovered(on_it) && !ImGui::IsWindowAppearing();
-  if (is_done || is_beside || escape_pressed()) {
-    welcome.is_open = false;
-    ImGui::CloseCurrentPopup();
-  }
-  ImGui::EndPopup();
-}
-
-// --- the tour --------------------------------------------------------------------------------------------------------
-
-namespace {
-
 // What a step is about, and where that is.
 struct TourStep {
   const char* title;
@@ -199,6 +153,48 @@ ImVec2 place_of_card(const Area& lit, ImVec2 card, float gap) {
 }
 
 }  // namespace
+
+void draw_welcome(Studio& studio, Dialogs& dialogs, const Gui& gui) {
+  constexpr const char* kTitle = "Welcome";
+  Welcome& welcome = dialogs.welcome;
+  if (!welcome.is_open) return;
+  if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
+  ImGui::SetNextWindowSize({std::min(kSheetWidth * gui.unit(), 0.96F * size.x), 0});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {size.x, 0.96F * size.y});
+  constexpr int flags = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove;
+  if (!ImGui::BeginPopupModal(kTitle, nullptr, flags)) return;
+  Gui::begin_heading();
+  ImGui::TextUnformatted("What do you want to shape?");
+  Gui::end_heading();
+  ImGui::Spacing();
+  bool is_done = draw_beginnings(studio, dialogs);
+  ImGui::Spacing();
+  is_done = draw_recent_files(studio, dialogs) || is_done;
+  ImGui::TextDisabled("Examples");
+  for (const Example& example : kExamples) {
+    if (!draw_example(example, gui)) continue;
+    do_or_ask(studio, dialogs, [&studio, &example] { open_example(studio, example); });
+    is_done = true;
+  }
+  ImGui::Separator();
+  if (ImGui::Button("Tour of one minute")) {
+    studio.perform(Action::tour);
+    is_done = true;
+  }
+  ImGui::SameLine();
+  if (ImGui::Checkbox("Show this at the start", &studio.preferences().welcome)) studio.save_preferences();
+  constexpr int on_it = ImGuiHoveredFlags_RootAndChildWindows | ImGuiHoveredFlags_AllowWhenBlockedByActiveItem;
+  const bool is_beside = ImGui::IsMouseClicked(0) && !ImGui::IsWindowHovered(on_it) && !ImGui::IsWindowAppearing();
+  if (is_done || is_beside || escape_pressed()) {
+    welcome.is_open = false;
+    ImGui::CloseCurrentPopup();
+  }
+  ImGui::EndPopup();
+}
+
+// --- the tour --------------------------------------------------------------------------------------------------------
 
 void draw_tour(Studio& studio, Welcome& welcome, const Gui& gui, const Layout& layout) {
   if (!welcome.tour || welcome.is_open) return;
