@@ -132,7 +132,7 @@ Area place_of_history(const Layout& layout) {
 Area place_of_menus(const Layout& layout) { return {0, 0, layout.free.right, layout.menu_height}; }
 
 constexpr std::array kTour{
-    TourStep{"Pull", "Drag on the shape: the ball takes the surface along.", middle_of_picture},
+    TourStep{"Pull", "Drag on the shape: the surface follows the pointer.", middle_of_picture},
     TourStep{"Look around", "Drag beside the shape to turn it; the wheel zooms.", edge_of_picture},
     TourStep{"Tools", "Choose another tool here; each colour is one kind of work.", place_of_tools},
     TourStep{"Settings", "Set radius, strength, falloff and mirror here, or with a right click.", place_of_settings},
