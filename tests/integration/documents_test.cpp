@@ -86,7 +86,7 @@ TEST(Documents, EveryLinkLeadsToAFileAndAHeading) {
 TEST(Documents, EveryHeaderThatTheyNameExists) {
   const std::filesystem::path root = KNEAD_SOURCE;
   std::string headers;
-  for (const char* folder : {"include", "src", "apps"}) {
+  for (const char* folder : {"include", "src", "apps", "tests"}) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
       headers += "/" + entry.path().generic_string() + "\n";
     }
