@@ -78,6 +78,8 @@ struct ToolCase {
   const char* name;
   const char* script;
   std::size_t strokes;  // at least, of the session
+
+  friend std::ostream& operator<<(std::ostream& out, const ToolCase& tool) { return out << tool.name; }
 };
 
 inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}

@@ -15,6 +15,8 @@ struct Refused {
   const char* file;
   std::size_t line;  // named in the message; 0: none, or a byte
   const char* says;
+
+  friend std::ostream& operator<<(std::ostream& out, const Refused& refused) { return out << refused.file; }
 };
 
 const Refused kRefused[] = {
@@ -73,6 +75,8 @@ struct Accepted {
   std::size_t vertices, triangles;
   std::optional<double> volume;
   const char* note = nullptr;  // part of a note, where one is due
+
+  friend std::ostream& operator<<(std::ostream& out, const Accepted& accepted) { return out << accepted.file; }
 };
 
 const Accepted kAccepted[] = {

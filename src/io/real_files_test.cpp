@@ -18,6 +18,8 @@ struct Original {
   std::size_t vertices, triangles;
   bool closed;
   double volume;
+
+  friend std::ostream& operator<<(std::ostream& out, const Original& original) { return out << original.file; }
 };
 
 const Original kOriginals[] = {

@@ -19,6 +19,8 @@ struct Wild {
   const char* note;
   std::size_t vertices;
   std::size_t faces;
+
+  friend std::ostream& operator<<(std::ostream& out, const Wild& wild) { return out << wild.name; }
 };
 
 const std::string kPlyBeginning =

@@ -26,6 +26,8 @@ struct Known {
   std::int64_t euler;
   std::optional<double> volume;  // of closed meshes
   double diagonal;
+
+  friend std::ostream& operator<<(std::ostream& out, const Known& known) { return out << known.file; }
 };
 
 // The figures published with the meshes.

@@ -99,6 +99,8 @@ struct Made {
   const char* name;
   ShapeKind kind;
   const char* session;
+
+  friend std::ostream& operator<<(std::ostream& out, const Made& made) { return out << made.name; }
 };
 
 class SplatScene : public testing::TestWithParam<Made> {};

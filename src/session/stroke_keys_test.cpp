@@ -21,6 +21,8 @@ namespace {
 struct ToolLine {
   const char* name;
   const char* line;
+
+  friend std::ostream& operator<<(std::ostream& out, const ToolLine& tool) { return out << tool.name; }
 };
 
 // The first of these have no falloff from 3 to 7.

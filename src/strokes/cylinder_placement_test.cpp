@@ -132,6 +132,8 @@ struct ScannedPart {
   std::string mesh;
   std::string name;
   CylinderQuery query;
+
+  friend std::ostream& operator<<(std::ostream& out, const ScannedPart& part) { return out << part.name; }
 };
 
 class PartOfAScan : public testing::TestWithParam<ScannedPart> {};

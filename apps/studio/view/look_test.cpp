@@ -301,6 +301,8 @@ TEST_F(LookTest, WhatIsNoPictureIsToldAndNothingElse) {
 struct NamedView {
   const char* name;
   const char* script;
+
+  friend std::ostream& operator<<(std::ostream& out, const NamedView& view) { return out << view.name; }
 };
 
 class InEveryProjection : public StudioTest, public testing::WithParamInterface<NamedView> {};
