@@ -354,6 +354,7 @@ void SegmentJacobians::carry_back(std::span<Vec3d> points, std::span<Vec3d> grad
   task.sums = {nodes_->view, mask_.acts ? view_of<double>(segment_.mask, center) : MaskView<double>{}, center,
                planes.data(), std::ssize(nodes_->cells.used())};
   if (!kernels_.jacobians.carry_back(task)) refuse_path_line();
+  stop_if_cancelled(options_.progress);
 }
 
 bool SegmentJacobians::is_outside_limit_cylinder(const Vec3d& x) const {

@@ -72,7 +72,7 @@ class SegmentJacobians {
 
   // Takes points of a segment with a grid, all from its beginning to its end, with the gradients of functions of them,
   // and adds the integral of -g dv/dcoefficient to three planes of numbers in the order of GridView, or to six if the
-  // coefficients change: the segment is the inverse of the one whose gradients are wanted. Throws as move().
+  // coefficients change: the segment is the inverse of the one whose gradients are wanted. Throws as move(); Cancelled.
   void carry_back(std::span<Vec3d> points, std::span<Vec3d> gradients, std::span<double> planes) const;
 
   // Returns the number of variables whose rates were given.

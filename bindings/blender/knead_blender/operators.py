@@ -361,8 +361,8 @@ class KNEAD_OT_bend_along(Plain, bpy.types.Operator):
 def _line_of(curve):
     """Returns the points of the one open line of a curve, without its bevel: (n, 3)."""
     if len(curve.splines) != 1 or curve.splines[0].use_cyclic_u:
-        raise state.Refusal("The curve must be one open line; this has " + (
-            "a closed one" if len(curve.splines) == 1 else f"{len(curve.splines)} lines"))
+        found = "a closed one" if len(curve.splines) == 1 else f"{len(curve.splines)} lines"
+        raise state.Refusal(f"The curve must be one open line; this has {found}")
     bare = curve.copy()
     bare.bevel_depth, bare.extrude, bare.bevel_object = 0, 0, None
     holder = bpy.data.objects.new("line", bare)
