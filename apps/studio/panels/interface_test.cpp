@@ -507,25 +507,6 @@ TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
   EXPECT_EQ(errors(panels.studio), "");
 }
 
-TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
-  for (const double unit : {1.0, 2.0}) {
-    ShownPanels panels(options(), static_cast<int>(1440 * unit), static_cast<int>(1160 * unit),
-                       unit);  // high enough for one column
-    open_ball(panels);
-    const float narrow = ShownPanels::area_of("Tools").width();
-    panels.key("Shift+T");
-    panels.frame();
-    EXPECT_NEAR(ShownPanels::area_of("Tools").width(), narrow + kToolLabelWidth * unit, 1.5);
-    EXPECT_EQ(ImGui::FindWindowByName("Tools")->ScrollMax.x, 0);
-    for (const StudioTool& tool : studio_tools()) {
-      EXPECT_LT(ImGui::CalcTextSize(tool.name.c_str()).x, kToolLabelWidth * unit) << tool.name;
-    }
-    panels.key("Shift+T");
-    panels.frame();
-    panels.studio.document().close();
-  }
-}
-
 TEST_F(InterfaceTest, NoRowOfTheHistoryMovesWhenAnEntryIsChosen) {
   ShownPanels panels(options(), 1280, 800);
   open_ball(panels);
