@@ -92,8 +92,8 @@ struct CoefficientGradient {
 };
 
 // Backwards, as SessionDerivatives::vjp(), for any number of coefficients: those of grids may also be 0. Time
-// (docs/decisions/0037-derivatives.md): a few times that of deform at its tolerance of 1e-5; for a grid some 30 times at
-// 1e-8.
+// (docs/decisions/0037-derivatives.md): a few times that of deform at its tolerance of 1e-5; for a grid some 30 times
+// at 1e-8.
 CoefficientGradient coefficient_vjp(const Flow& flow, std::span<const Vec3d> points, std::span<const Vec3d> gradient,
                                     const DerivativeOptions& options);
 
