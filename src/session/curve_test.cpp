@@ -324,6 +324,55 @@ TEST(Curve, TheLongestAxisIsTheLineOfAnArcWithoutFrom) {
   EXPECT_TRUE(longest_axis(Box{{1, 1, 1}, {1, 1, 1}}, 5).empty());
 }
 
+// All of the shape lies where stretch, twist and curvature of a path are those asked for, its ends too.
+TEST(Curve, APathWithoutFromTakesAllOfTheShape) {
+  const Mesh mesh = bar(12, 0.5, 0.4);
+  const std::size_t last = mesh.positions.size() - 4;
+  for (const double longer : {1.5, 0.6}) {
+    const std::vector<Vec3d> moved =
+        after(mesh, fmt::format("curve to=1,0,0;{},0,0 length=fit twist_deg=90", 1 + 12 * longer));
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      const Vec3d& x = mesh.positions[i];
+      EXPECT_NEAR(moved[i].x, 1 + (x.x + 6) * longer, 1e-9) << i;
+      EXPECT_NEAR(std::hypot(moved[i].y, moved[i].z), std::hypot(x.y, x.z) / std::sqrt(longer), 1e-9) << i;
+    }
+    const double turned = dot(moved[1] - moved[0], moved[last + 1] - moved[last]) * longer;
+    EXPECT_NEAR(turned, 0, 1e-9) << "the end has turned by 90 degrees against the start";
+  }
+  for (const auto& [fixed, start] : {std::pair("start", 0.0), std::pair("middle", 1.5), std::pair("end", 3.0)}) {
+    const std::vector<Vec3d> kept = after(mesh, fmt::format("curve to=0,0,0;0,15,0 fixed={}", fixed));
+    EXPECT_NEAR(kept[0].y, start, 1e-9) << fixed;
+    EXPECT_NEAR(kept[last].y, start + 12, 1e-9) << fixed;
+  }
+}
+
+TEST(Curve, TheFixedEndOfAnArcWithoutFromRests) {
+  const Mesh mesh = bar(12, 0.5, 0.4);
+  const std::size_t last = mesh.positions.size() - 4;
+  for (const char* const aim : {"angle_deg=90", "around=10", "twist_deg=90", "longer_by=3 twist_deg=1"}) {
+    // Sections change their size, but neither their plane nor their direction.
+    const auto moved_by = [&](const char* fixed, std::size_t first) {
+      const std::vector<Vec3d> moved = after(mesh, fmt::format("curve {} fixed={}", aim, fixed));
+      double most = norm(normalized(moved[first + 1] - moved[first]) - Vec3d{0, 1, 0});
+      for (std::size_t i = first; i < first + 4; ++i) most = std::max(most, std::abs(moved[i].x - mesh.positions[i].x));
+      return most;
+    };
+    EXPECT_LT(moved_by("start", 0), 1e-9) << aim;
+    EXPECT_LT(moved_by("end", last), 1e-9) << aim;
+  }
+}
+
+// What a stroke becomes reads no surface, and gives the same bits.
+TEST(Curve, APlacedPathIsResolvedToALineWithItsRamps) {
+  const Mesh mesh = bar(12, 0.5, 0.4);
+  Session session;
+  session.strokes = {parse_stroke("curve to=0,0,0;5,0,1;9,2,4 length=fit twist_deg=30", "stroke")};
+  const ReplayResult placed = Replay(borrow(mesh), session, {}).run();
+  session.strokes = placed.resolved;
+  const ReplayResult again = Replay(borrow(mesh), parse_session(serialize_session(session), "resolved"), {}).run();
+  EXPECT_TRUE(std::ranges::equal(placed.shape.positions(), again.shape.positions()));
+}
+
 TEST(Curve, PointsOnALineHaveEqualLengthsBetweenThem) {
   const std::vector<Vec3d> points{{0, 0, 0}, {0, 0, 0}, {1, 0.5, 0}, {4, 0, 1}, {5, 3, 0}};
   const std::vector<Vec3d> coarse = points_on_line(points, 6);

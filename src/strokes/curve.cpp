@@ -108,8 +108,8 @@ Vec3d unit_vector(std::size_t axis) {
 }
 
 // Places a stroke without "from" by the shape's box. The line is its longest axis across the arc's axis; the arc turns
-// towards the side on which the shape is thinnest. An arc or twist begins beyond the box, so that all of the shape has
-// its curvature; a cylinder touches the shape from outside.
+// towards the side on which the shape is thinnest. The line begins beyond the box, so that all of the shape has the
+// same curvature, twist and stretch; a cylinder touches the shape from outside.
 CurveStroke placed(CurveStroke stroke, const Box& box) {
   const Vec3d extent = box.max - box.min;
   const bool has_radius = stroke.radius || stroke.radius_auto;
@@ -130,8 +130,8 @@ CurveStroke placed(CurveStroke stroke, const Box& box) {
     const Vec3d inwards = normalized(cross(unit(*stroke.axis), along)) * (*stroke.around > 0 ? 1.0 : -1.0);
     for (std::size_t axis = 0; axis < 3; ++axis) center[axis] += 0.5 * extent[axis] * inwards[axis];
   }
-  if (stroke.to.empty()) {
-    // A line of three points has short ramps. With a radius it must have two.
+  // A line of two points, as a radius needs, has long ramps, or none in which a curve could begin.
+  if (!has_radius || stroke.to.empty()) {
     const int intervals = has_radius ? kArcIntervals : kPathIntervals;
     const double longer = static_cast<double>(intervals) / (intervals - 2 * kArcRamp);
     const double turned = static_cast<double>(intervals - 3) / (intervals - 2 * kArcRamp);
@@ -140,8 +140,8 @@ CurveStroke placed(CurveStroke stroke, const Box& box) {
     stroke.longer_by *= turned;
     if (stroke.angle_deg) *stroke.angle_deg *= turned;
   }
-  stroke.from = {center - along * half, center + along * half};
-  if (stroke.to.empty() && !has_radius) stroke.from.insert(stroke.from.begin() + 1, center);
+  const Vec3d by = along * half;
+  stroke.from = has_radius ? std::vector{center - by, center + by} : line_with_ramps(center, by, !stroke.to.empty());
   return stroke;
 }
 
@@ -184,9 +184,8 @@ std::string words(const CurveStroke& stroke, const std::string& unit) {
 
 std::vector<Vec3d> longest_axis(const Box& box, std::size_t count) {
   if (!(box.diagonal() > 0)) return {};
-  std::vector<Vec3d> line = placed({}, box).from;
-  line.erase(line.begin() + 1);
-  return points_on_line(std::move(line), count);
+  const std::vector<Vec3d> line = placed({}, box).from;
+  return points_on_line({line.front(), line.back()}, count);
 }
 
 constinit const tool_detail::ToolRow<CurveStroke> CurveStroke::tool{.name = "curve",

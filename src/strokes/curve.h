@@ -16,6 +16,10 @@ inline constexpr int kPathIntervals = 128;
 // The number of these at each end in which the curvature of an arc rises from 0 to its value.
 inline constexpr int kArcRamp = 3;
 
+// Returns the line of a stroke whose shape lies between the ramps, as three points tell. Where the stroke has `to`,
+// whose ends are then those of the shape, five tell it.
+std::vector<Vec3d> line_with_ramps(const Vec3d& center, const Vec3d& half, bool has_aim);
+
 // Returns the motion of a valid curve stroke that has `from`, and an axis if it is an arc.
 CurveMotion motion_of(const CurveStroke& stroke);
 

@@ -199,8 +199,9 @@ std::vector<double> stretched_lengths(int intervals, double spacing, double coef
   return lengths;
 }
 
-int anchor_of(CurveFixed fixed, int intervals) {
-  return fixed == CurveFixed::start ? 0 : fixed == CurveFixed::end ? intervals : intervals / 2;
+// The interval at whose beginning the line stays. The shape lies between the ramps, which have this many intervals.
+int anchor_of(CurveFixed fixed, int intervals, int ramp) {
+  return fixed == CurveFixed::start ? ramp : fixed == CurveFixed::end ? intervals - ramp : intervals / 2;
 }
 
 // The place on the other curve of the first curve's begin, if both keep their lengths.
@@ -209,19 +210,20 @@ double offset_of(CurveFixed fixed, double by) {
 }
 
 // Returns the samples of the curve `to` to which those of the motion's curve move; the frame at the anchor is given.
-// Also finds the motion of the anchor and the coefficients of the stretch.
-std::vector<Sample> on_path(const CurveStroke& stroke, const Frame& frame, CurveMotion& motion, double& stretch) {
+// Also finds the motion of the anchor and the coefficients of the stretch. The curve `to` begins where the ramp ends.
+std::vector<Sample> on_path(const CurveStroke& stroke, const Frame& frame, int ramp, CurveMotion& motion,
+                            double& stretch) {
   const SmoothCurve to(stroke.to);
   const double spacing = motion.length / kPathIntervals;
-  const double longer = to.length() - motion.length;
+  const double longer = to.length() - (kPathIntervals - 2 * ramp) * spacing;
   const bool fits = stroke.length == CurveLength::fit;
-  if (fits) stretch = longer / ((kPathIntervals - 3) * spacing);
+  if (fits) stretch = longer / ((kPathIntervals - (ramp > 0 ? 2 * ramp : 3)) * spacing);
   std::vector<double> growth;
   const std::vector<double> lengths = stretched_lengths(kPathIntervals, spacing, stretch, growth);
+  const double offset =
+      (fits ? 0 : offset_of(stroke.fixed, longer)) - lengths[static_cast<std::size_t>(ramp) * kSamplesPerInterval];
   std::vector<Sample> samples;
-  for (std::size_t i = 0; i < lengths.size(); ++i) {
-    samples.push_back({to.at(lengths[i] + (fits ? 0 : offset_of(stroke.fixed, longer))), growth[i]});
-  }
+  for (std::size_t i = 0; i < lengths.size(); ++i) samples.push_back({to.at(lengths[i] + offset), growth[i]});
   const auto anchor = static_cast<std::size_t>(motion.anchor) * kSamplesPerInterval;
   const auto& [place, tangent, curvature] = samples[anchor].place;
   motion.shift = place - motion.place;
@@ -297,24 +299,33 @@ double greatest_curvature(const std::vector<Vec3d>& points) {
   return most;
 }
 
-// A straight line with its middle, as a stroke without "from" gets: the shape lies between the ramps.
-bool has_short_ramps(const std::vector<Vec3d>& from) {
+bool has_ramps(const CurveStroke& stroke) {
   constexpr double kRounding = 1e-9;
-  return from.size() == 3 && norm(from[1] - (from[0] + from[2]) * 0.5) <= kRounding * norm(from[2] - from[0]);
+  const Vec3d half = (stroke.from.back() - stroke.from.front()) * 0.5;
+  const std::vector<Vec3d> line = line_with_ramps(stroke.from.front() + half, half, !stroke.to.empty());
+  return std::equal(line.begin(), line.end(), stroke.from.begin(), stroke.from.end(),
+                    [&](const Vec3d& a, const Vec3d& b) { return norm(a - b) <= kRounding * norm(half); });
 }
 
 }  // namespace
+
+std::vector<Vec3d> line_with_ramps(const Vec3d& center, const Vec3d& half, bool has_aim) {
+  constexpr double kBetween = 1 - 2.0 * kArcRamp / kPathIntervals;
+  if (!has_aim) return {center - half, center, center + half};
+  return {center - half, center - half * kBetween, center, center + half * kBetween, center + half};
+}
 
 CurveMotion motion_of(const CurveStroke& stroke) {
   const SmoothCurve from(stroke.from);
   const bool is_path = stroke.from.size() > 2 || !stroke.to.empty();
   const int intervals = is_path ? kPathIntervals : kArcIntervals;
   const int nodes = intervals - 3;
+  const int ramp = has_ramps(stroke) ? kArcRamp : 0;
   CurveMotion motion;
   motion.length = from.length();
   motion.radius = stroke.radius;
   motion.keeps_thickness = stroke.keep == CurveKeeps::thickness;
-  motion.anchor = anchor_of(stroke.fixed, intervals);
+  motion.anchor = anchor_of(stroke.fixed, intervals, ramp);
   const double spacing = motion.length / intervals;
   const auto anchor = static_cast<std::size_t>(motion.anchor) * kSamplesPerInterval;
   std::vector<Sample> rest(static_cast<std::size_t>(intervals) * kSamplesPerInterval + 1);
@@ -328,15 +339,13 @@ CurveMotion motion_of(const CurveStroke& stroke) {
   motion.place = place;
   motion.frame = {frame.tangent, frame.first, frame.second};
 
-  if (stroke.to.empty() && has_short_ramps(stroke.from)) {
-    motion.part = {kArcRamp * spacing, motion.length - kArcRamp * spacing};
-  }
+  if (ramp > 0) motion.part = {ramp * spacing, motion.length - ramp * spacing};
   double stretch = stroke.longer_by / (nodes * spacing);
   if (stretch < -kMaxShortening) {
     throw InvalidInput(fmt::format("\"longer_by\": the line can lose {:.3g} of its length {:.3g} at most",
                                    kMaxShortening * nodes * spacing, motion.length));
   }
-  const std::vector<Sample> bent = stroke.to.empty() ? rest : on_path(stroke, frame, motion, stretch);
+  const std::vector<Sample> bent = stroke.to.empty() ? rest : on_path(stroke, frame, ramp, motion, stretch);
   double more = stroke.around ? 1 / *stroke.around : 0;  // curvature
   if (stroke.angle_deg) more = *stroke.angle_deg * kRadiansPerDegree / (nodes * spacing);
   std::vector<CurveNode> list;
