@@ -145,9 +145,7 @@ TEST_P(SafeCellsOf, ASlightStrokeAreAll) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, SafeCellsOf, testing::Values(CellKind::tetrahedron, CellKind::hexahedron),
-                         [](const auto& each) {
-                           return each.param == CellKind::tetrahedron ? "Tetrahedra" : "Hexahedra";
-                         });
+                         testing::PrintToStringParamName());
 
 // A cell that was bad before does not hold the motion back, unless it is inverted.
 TEST(SafeCells, DoNotCountWhatWasBadBefore) {

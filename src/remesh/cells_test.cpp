@@ -106,9 +106,7 @@ TEST_P(FreePoints, StayWhereNoCellIsBad) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, FreePoints, testing::Values(CellKind::tetrahedron, CellKind::hexahedron),
-                         [](const auto& each) {
-                           return each.param == CellKind::tetrahedron ? "Tetrahedra" : "Hexahedra";
-                         });
+                         testing::PrintToStringParamName());
 
 TEST(DeformCells, RefuseWhatIsOutOfRange) {
   const Volume volume = box_of_cells(2, CellKind::tetrahedron);

@@ -3,10 +3,20 @@
 
 #include <array>
 #include <cstdint>
+#include <ostream>
 #include <vector>
 
 #include "knead/cells.h"
 #include "knead/mesh.h"
+
+namespace knead {
+
+// The kinds of cells that box_of_cells() makes; a name of a test's parameter.
+inline void PrintTo(CellKind kind, std::ostream* out) {
+  *out << (kind == CellKind::tetrahedron ? "Tetrahedra" : "Hexahedra");
+}
+
+}  // namespace knead
 
 namespace knead::test {
 

@@ -210,6 +210,11 @@ void put(std::string& bytes, T value, std::endian order) {
 struct BinaryForm {
   std::endian order;
   bool color_counts;
+
+  std::string name() const {
+    return std::string(order == std::endian::big ? "big" : "little") + (color_counts ? "_with_colour_counts" : "");
+  }
+  friend std::ostream& operator<<(std::ostream& out, const BinaryForm& form) { return out << form.name(); }
 };
 
 // A tetrahedron with a normal at each vertex.
@@ -262,10 +267,7 @@ TEST_P(OffBinary, IsReadAndWrittenInItsOwnForm) {
 INSTANTIATE_TEST_SUITE_P(Off, OffBinary,
                          testing::Values(BinaryForm{std::endian::big, true}, BinaryForm{std::endian::big, false},
                                          BinaryForm{std::endian::little, true}, BinaryForm{std::endian::little, false}),
-                         [](const auto& test) {
-                           return std::string(test.param.order == std::endian::big ? "big" : "little") +
-                                  (test.param.color_counts ? "_with_colour_counts" : "");
-                         });
+                         [](const auto& test) { return test.param.name(); });
 
 TEST(Off, ErrorsInBinaryNameTheByte) {
   const std::string bytes = binary({std::endian::big, true});
