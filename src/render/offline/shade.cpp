@@ -80,7 +80,9 @@ struct Lean {
 
 // The data of some points for the lights' loops, which compilers vectorise, and the light that they collect.
 struct Lanes {
-  MapPlaces places;  // lifted off the surface
+  MapPlaces places;                          // where a light's shadow is looked up
+  std::array<Lane, 3> lifted;                // off the surface
+  std::array<std::array<Lane, 3>, 2> shift;  // along the surface, and a quarter of a turn on
   std::array<Lane, 3> n;
   std::array<Lane, 3> v;
   Lane nv;
@@ -98,6 +100,17 @@ KNEAD_CLONES bool face(const Vec3f& d, Lanes& lanes) {
     facing += lanes.nl[i] > 0 ? 1 : 0;
   }
   return facing > 0;
+}
+
+// Turns the shifts by an angle, another for each light: one for all leaves the noise's pattern in the picture.
+KNEAD_CLONES void shift_places(float turn, Lanes& lanes) {
+  const float c = std::cos(turn);
+  const float s = std::sin(turn);
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      lanes.places.q[k][i] = lanes.lifted[k][i] + lanes.shift[0][k][i] * c + lanes.shift[1][k][i] * s;
+    }
+  }
 }
 
 // Lambert's clay with a dull sheen (GGX of roughness 0.45, Schlick's Fresnel with 0.04), by the cosines between normal,
@@ -231,15 +244,16 @@ void Shader::find_points(int y, int left, int right, std::vector<Point>& points)
   }
 }
 
-// Returns the point a little along the surface, so that the edges of single shadows become soft. Interleaved gradient
-// noise: Jimenez, "Next generation post processing in Call of Duty" (2014).
-Vec3f shifted(const Point& point, float lift) {
+// Returns a shift along the surface, so that the edges of single shadows become soft, and the same a quarter of a turn
+// on. Interleaved gradient noise: Jimenez, "Next generation post processing in Call of Duty" (2014).
+std::array<Vec3f, 2> shift_of(const Point& point, float lift) {
   const float x = center(point.x);
   const float y = center(point.y);
   const float turn = kTurn * gradient_noise(x, y);
   const float r = 1.5F * lift * std::sqrt(gradient_noise(y + 17, x + 17));
   const Vec3f t = normalized(cross(point.n, std::abs(point.n.x) < 0.6F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0}));
-  return point.p + point.n * lift + (t * std::cos(turn) + cross(point.n, t) * std::sin(turn)) * r;
+  const Vec3f s = (t * std::cos(turn) + cross(point.n, t) * std::sin(turn)) * r;
+  return {s, cross(point.n, s)};
 }
 
 // Sets the light that comes from at most kLanes points.
@@ -248,9 +262,12 @@ void Shader::add_lamps(std::span<const Point> points, Vec3f* light) const {
   Lanes lanes{};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& point = points[i];
-    const Vec3f q = shifted(point, drawn_.lift);
+    const Vec3f lifted = point.p + point.n * drawn_.lift;
+    const std::array<Vec3f, 2> shift = shift_of(point, drawn_.lift);
     for (std::size_t k = 0; k < 3; ++k) {
-      lanes.places.q[k][i] = q[k];
+      lanes.lifted[k][i] = lifted[k];
+      lanes.shift[0][k][i] = shift[0][k];
+      lanes.shift[1][k][i] = shift[1][k];
       lanes.n[k][i] = point.n[k];
       lanes.v[k][i] = point.v[k];
     }
@@ -259,7 +276,10 @@ void Shader::add_lamps(std::span<const Point> points, Vec3f* light) const {
   for (std::size_t l = 0; l < drawn_.lighting.lights.size(); ++l) {
     const Light& lamp = drawn_.lighting.lights[l];
     if (!face(lamp.direction, lanes)) continue;
-    if (has_shadows) look_up(drawn_.matrices[l], drawn_.map(l), lanes.places);
+    if (has_shadows) {
+      shift_places(static_cast<float>(l) * kGoldenAngle, lanes);
+      look_up(drawn_.matrices[l], drawn_.map(l), lanes.places);
+    }
     shine(lamp, lanes);
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
