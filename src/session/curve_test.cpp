@@ -235,6 +235,8 @@ TEST(Curve, WhatMeetsItselfIsRefusedWithAnAngleThatWorks) {
   EXPECT_NE(refusal_of(mesh, "curve from=-6,0,0;6,0,0 to=-6,0,0;0,0,0;1,3,0;0,4,0;-1,3,0;0,0.2,0;6,0.3,0 fixed=start")
                 .find("strength"),
             std::string::npos);
+  const std::string path = "curve twist_deg=40 to=-6,0,0;-2,0,0;0,0,0.2;0.3,0,1;0.3,0,6";
+  after(mesh, path + " strength=" + named(refusal_of(mesh, path), "at most"));
 }
 
 // Bars of several proportions become rings. The gap between their ends gets smaller than the bar is thick. The inverse

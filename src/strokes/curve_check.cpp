@@ -282,7 +282,7 @@ std::string advice(const CurveStroke& stroke, double share) {
   if (stroke.angle_deg) return fmt::format("bend by at most {:.3g} degrees{}", down(*stroke.angle_deg), too);
   if (stroke.around)
     return fmt::format("wrap it round a radius of at least {:.3g}{}", *stroke.around / (share * kRounded), too);
-  if (!twist.empty()) return twist;
+  if (stroke.to.empty() && !twist.empty()) return twist;
   return fmt::format("give a line that bends at most {0:.2g} times as much (\"strength\" {0:.2g})",
                      std::floor(share * 100) / 100);
 }
