@@ -232,6 +232,7 @@ TEST(Curve, WhatMeetsItselfIsRefusedWithAnAngleThatWorks) {
   EXPECT_GT(std::stod(angle), 300);
   EXPECT_LE(std::stod(angle), 360);
   after(mesh, "curve axis=0,0,1 angle_deg=" + angle);
+  after(mesh, "curve axis=0,0,1 angle_deg=450 strength=0.7");
   EXPECT_NE(refusal_of(mesh, "curve from=-6,0,0;6,0,0 to=-6,0,0;0,0,0;1,3,0;0,4,0;-1,3,0;0,0.2,0;6,0.3,0 fixed=start")
                 .find("strength"),
             std::string::npos);

@@ -124,6 +124,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
     return stroke.outcome.status == AdvectStatus::done;
   };
   surface.progress = progress;
+  surface.part = stroke.part;
   SurfaceRun run{surface, stroke.tool.get(), shape.motion().threads};
   run.pattern = stroke.pattern.get();
   run.mirror = mirror;
@@ -322,6 +323,7 @@ void StrokeRun::check_shape() {
     LiveSurface surface;
     surface.positions = shape_.positions();
     surface.triangles = shape_.triangles();
+    surface.part = stroke_.part;
     row.check(own, surface);
   });
 }

@@ -330,7 +330,7 @@ void check_curve(const CurveStroke& stroke, const CurveStroke& given, const Live
   const Body body(motion, surface);
   double sound = 0;
   for (int i = 1; i <= kTimes; ++i) {
-    double failing = static_cast<double>(i) / kTimes;
+    double failing = surface.part * i / kTimes;
     Trouble trouble = body.at(failing);
     if (trouble == Trouble::none) {
       sound = failing;

@@ -184,6 +184,7 @@ struct LiveSurface {
   std::function<Vec3d(std::uint32_t)> normal;
   std::function<bool(const Stroke&)> apply;  // applies a stroke that reads no surface; false: stop
   Progress* progress = nullptr;              // of long work between two calls of apply: says when to stop
+  double part = 1;                           // of the stroke that takes place, from 0 to 1: its strength
 };
 
 // Returns the iterations of a relax whose effect is seen at once: with an amount of 1, ten dabs at one place remove
