@@ -103,10 +103,11 @@ void share_duration(std::vector<SessionStroke>& parts, double duration) {
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
 }
 
-// Resolves a stroke on a shape, and moves the shape by it, unless it has limit cylinders, which must be checked first.
+// Resolves a stroke on a shape. If it `moves`, moves the shape by it, unless it has limit cylinders, which must be
+// checked first.
 // A pose with a mirror contains all parts and their images; its grids and their images add up to their mean, which is
 // exactly symmetric.
-void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
+void read_surface(PreparedStroke& stroke, DeformedShape& shape, bool moves, Progress* progress) {
   const Mirror& mirror = stroke.source->mirror;
   LiveSurface surface;
   surface.positions = shape.positions();
@@ -119,7 +120,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
     Flow flow = masked(flow_of(part, mirror), shape.mask());
     stroke.limit_cylinders = limit_cylinders_of(part, mirror);
     append(part, *stroke.source, stroke.outcome.parts);
-    if (stroke.limit_cylinders.empty()) stroke.outcome.status = shape.move(flow, progress);
+    if (moves && stroke.limit_cylinders.empty()) stroke.outcome.status = shape.move(flow, progress);
     std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
     return stroke.outcome.status == AdvectStatus::done;
   };
@@ -296,7 +297,8 @@ void StrokeRun::warn_of_images() {
                   100 / fastest));
 }
 
-// A stroke that is applied as a whole moves the shape itself while it reads the surface; else a copy is moved.
+// A stroke that is applied as a whole moves the shape itself while it reads the surface; else a copy is moved, unless
+// the surface is read only once.
 void StrokeRun::read() {
   if (settings_) start_ = shape_.positions();
   stroke_.flow = masked(std::move(stroke_.flow), options_.backwards ? stroke_.mask : shape_.mask());
@@ -304,12 +306,13 @@ void StrokeRun::read() {
   if (!stroke_.reads_surface) return;
   if (shape_.is_remeshed() && shape_.provenance()->is_renumbered) require_no_numbers(stroke_.source->stroke);
   const bool in_place = options_.part * stroke_.part == 1 && !options_.has_frames;
-  if (!in_place) {
+  const bool reads_once = with_row(stroke_.stroke(), [](const auto& row, const auto&) { return row.reads_once; });
+  if (!in_place && !reads_once) {
     DeformedShape copy = shape_;
-    read_surface(stroke_, copy, progress_);
+    read_surface(stroke_, copy, true, progress_);
   } else {
-    read_surface(stroke_, shape_, progress_);
-    if (stroke_.limit_cylinders.empty()) at_ = end();
+    read_surface(stroke_, shape_, in_place, progress_);
+    if (in_place && stroke_.limit_cylinders.empty()) at_ = end();
   }
   if (!settings_ || stroke_.detail == 0) return;
   double& chord = settings_->max_chord.emplace(settings_->max_chord.value_or(kDefaultMaxChord));

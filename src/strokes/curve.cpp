@@ -193,6 +193,7 @@ constinit const tool_detail::ToolRow<CurveStroke> CurveStroke::tool{.name = "cur
                                                                     .validate = validate,
                                                                     .reads_surface = reads_surface,
                                                                     .resolve = resolve,
+                                                                    .reads_once = true,
                                                                     .check = check,
                                                                     .flow = flow_of,
                                                                     .words = words,

@@ -20,6 +20,7 @@ using detail::CurveTable;
 
 constexpr int kSlices = 96;        // along the curve
 constexpr int kSlicesBeyond = 24;  // at most, beyond an end
+constexpr int kBetween = 4;        // places from slice to slice at which the curve may be too tight
 constexpr int kTimes = 16;         // at which the slices are checked
 constexpr int kBisections = 6;     // for the last time without a problem
 constexpr std::size_t kSides = 8;  // of the outline of a slice
@@ -158,13 +159,14 @@ class Body {
 
   Trouble at(double time) const {
     const CurveTable<double> table(curve_, time);
+    if (is_too_tight(table)) return Trouble::too_tight;
     std::vector<MovedSlice> moved;
     for (const Slice& slice : slices_) {
       if (slice.is_empty) continue;
       MovedSlice& to = moved.emplace_back();
       to.number = static_cast<std::size_t>(&slice - slices_.data());
       for (std::size_t i = 0; i < kSides; ++i) {
-        if (!table.place(slice.corner(i), to.corners[i])) return Trouble::too_tight;
+        table.place(slice.corner(i), to.corners[i]);
         to.middle += to.corners[i] / static_cast<double>(kSides);
       }
       for (std::size_t i = 0; i < kSides; ++i) {
@@ -181,6 +183,26 @@ class Body {
   }
 
  private:
+  // What is between two slices lies within the means of their sides.
+  bool is_too_tight(const CurveTable<double>& table) const {
+    for (std::size_t i = 0; i < slices_.size(); ++i) {
+      const Slice& next = slices_[std::min(i + 1, slices_.size() - 1)];
+      for (int k = 0; k < (next.is_empty ? 1 : kBetween) && !slices_[i].is_empty; ++k) {
+        const double share = static_cast<double>(k) / kBetween;
+        Slice between = slices_[i];
+        between.s += (next.s - between.s) * share;
+        for (std::size_t side = 0; side < kSides; ++side) {
+          between.reach[side] += (next.reach[side] - between.reach[side]) * share;
+        }
+        for (std::size_t side = 0; side < kSides; ++side) {
+          Vec3d place;
+          if (!table.place(between.corner(side), place)) return true;
+        }
+      }
+    }
+    return false;
+  }
+
   static bool have_meeting(const std::vector<MovedSlice>& moved) {
     for (std::size_t i = 0; i < moved.size(); ++i) {
       const bool has_next = i + 1 < moved.size() && moved[i + 1].number == moved[i].number + 1;

@@ -152,6 +152,7 @@ struct ToolRow {
   void (*validate)(const S&) = nullptr;              // throws for values that the tool cannot use
   bool (*reads_surface)(const S&) = nullptr;         // null: if there is no `flow`
   void (*resolve)(const S&, SurfaceRun&) = nullptr;  // applies a valid stroke that reads the surface
+  bool reads_once = false;                           // `resolve` reads the surface only before it applies anything
   // Throws for a shape to which a valid stroke that does not read it cannot be applied.
   void (*check)(const S&, const LiveSurface&) = nullptr;
   Flow (*flow)(const S&) = nullptr;  // of a valid stroke that does not read the surface
