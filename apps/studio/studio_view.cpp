@@ -77,7 +77,9 @@ StudioView::StudioView(StudioDocument& document, PreferencesFile& preferences, s
   settings_.tool_labels = own.panels.labels;
 }
 
-Screen StudioView::screen() const { return {camera_of(navigation_.view), navigation_.width, navigation_.height}; }
+Screen StudioView::screen() const {
+  return {camera_of(navigation_.view), navigation_.width, navigation_.height, unit_};
+}
 
 void StudioView::remember_panels() {
   PanelState now = preferences_.preferences.panels;

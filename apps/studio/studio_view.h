@@ -72,6 +72,8 @@ class StudioView {
   Navigation& navigation() { return navigation_; }
   const Navigation& navigation() const { return navigation_; }
   Screen screen() const;
+  // unit: pixels for one point of the design, of what is drawn to be grabbed.
+  void set_unit(double unit) { unit_ = unit; }
 
   // Performs an action of a key or menu; returns false if it does not concern the view.
   bool perform(Action action);
@@ -124,6 +126,7 @@ class StudioView {
   std::filesystem::path state_folder_;
   PanelState saved_panels_;
   Navigation navigation_;
+  double unit_ = 1;
   ViewSettings settings_;
   std::vector<Reference> references_;
   std::vector<Reference> saved_references_;

@@ -20,7 +20,7 @@ namespace knead::studio {
 namespace {
 
 constexpr std::size_t kMaxHandles = 9;  // of one path
-constexpr double kReach = 10;           // pixels
+constexpr double kReach = 10;           // points
 
 // The word by which scripts and keys of Studio name the tool of a stroke.
 std::string tool_word(const Stroke& stroke) {
@@ -412,7 +412,7 @@ std::vector<LayerPath> paths_of(std::span<const SessionStroke> strokes) {
 
 std::optional<LayerHandle> handle_at(const Screen& screen, std::span<const LayerPath> paths, double x, double y) {
   std::optional<LayerHandle> nearest;
-  double least = kReach;
+  double least = kReach * screen.unit;
   for (std::size_t path = 0; path < paths.size(); ++path) {
     for (std::size_t handle = 0; handle < paths[path].handles.size(); ++handle) {
       const auto pixel = pixel_of(screen, place_of(paths, {path, handle}));

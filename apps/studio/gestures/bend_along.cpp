@@ -23,7 +23,7 @@ double drawn_length(const std::vector<Vec3d>& line) {
 std::optional<std::size_t> handle_at(const Pointer& pointer, const Screen& screen, const std::vector<Vec3d>& line,
                                      std::size_t stride) {
   std::optional<std::size_t> nearest;
-  double least = kNear;
+  double least = kNear * screen.unit;
   for (std::size_t i = 0; i < line.size(); i += stride) {
     const auto pixel = pixel_of(screen, line[i]);
     const double distance = pixel ? std::hypot(pixel->x - pointer.x, pixel->y - pointer.y) : least;
@@ -54,7 +54,7 @@ std::optional<BendAlongGesture> begin_bend_along(const Pointer& pointer, const G
 void BendAlongGesture::move(const GestureStep& step) {
   const auto& [pointer, around, placed] = step;
   if (handle) {
-    const bool is_click = std::hypot(pointer.x - drag.from.x, pointer.y - drag.from.y) < kClick;
+    const bool is_click = std::hypot(pointer.x - drag.from.x, pointer.y - drag.from.y) < kClick * around.screen.unit;
     if (to.empty() && is_click && !pointer.typed) return;
     to = with_handle_moved(line, stride, *handle, drag.at(pointer, around) - drag.start);
     return;

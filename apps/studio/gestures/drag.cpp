@@ -222,7 +222,9 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const GestureContext& aro
 }
 
 bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around) {
-  const auto near = [&](const Vec3d& p) { return distance_in_pixels(around.screen, p, pointer) <= kNear; };
+  const auto near = [&](const Vec3d& p) {
+    return distance_in_pixels(around.screen, p, pointer) <= kNear * around.screen.unit;
+  };
   const auto curve_is_near = [&](const std::vector<Vec3d>& curve) {
     return std::any_of(curve.begin(), curve.end(), near);
   };

@@ -16,13 +16,13 @@ namespace knead::studio {
 namespace {
 
 // The pointer grabs a stamp well within the rings of its gizmo.
-constexpr double kStampReach = 35;  // pixels
+constexpr double kStampReach = 35;  // points
 constexpr const char* kNoImages =
     "Bend along takes the whole shape along, so it has no mirror image: switch the mirror and repetitions off first.";
 constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
-constexpr double kPixels = 90;       // length of an arrow
+constexpr double kArrow = 90;        // points, of the length of an arrow
 constexpr double kRing = 0.7;        // radius of a ring, in arrows
-constexpr double kGizmoReach = 9;    // pixels within which a part is hit
+constexpr double kGizmoReach = 9;    // points within which a part is hit
 constexpr double kCenterReach = 12;
 constexpr int kRingPoints = 48;
 constexpr std::array<render::Color, 3> kColors{
@@ -44,7 +44,7 @@ std::optional<Gesture> made(std::optional<G> gesture) {
 bool is_on_stamp(const Pointer& pointer, const GestureContext& around, const PlacedTools& placed) {
   if (around.settings.tool->use != ToolUse::stamp || !placed.stamp || !placed.placement) return false;
   const auto middle = pixel_of(around.screen, placed.placement->center);
-  return middle && std::hypot(middle->x - pointer.x, middle->y - pointer.y) <= kStampReach;
+  return middle && std::hypot(middle->x - pointer.x, middle->y - pointer.y) <= kStampReach * around.screen.unit;
 }
 
 std::optional<Gesture> begin_placed(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
@@ -266,19 +266,19 @@ double angle_round(const Screen& screen, const Vec3d& center, const Vec3d& axis,
 }
 
 double gizmo_size(const Screen& screen, const Placement& placement) {
-  return kPixels * pixel_size(screen, placement.center);
+  return kArrow * point_size(screen, placement.center);
 }
 
 std::optional<GizmoPart> gizmo_part_at(const Screen& screen, const Placement& placement, double x, double y) {
   const Pixel at{x, y};
   const auto middle = pixel_of(screen, placement.center);
   if (!middle) return std::nullopt;
-  if (std::hypot(middle->x - x, middle->y - y) <= kCenterReach) return GizmoPart::center;
+  if (std::hypot(middle->x - x, middle->y - y) <= kCenterReach * screen.unit) return GizmoPart::center;
   constexpr std::array<GizmoPart, 3> movers{GizmoPart::move_x, GizmoPart::move_y, GizmoPart::move_z};
   constexpr std::array<GizmoPart, 3> turners{GizmoPart::turn_x, GizmoPart::turn_y, GizmoPart::turn_z};
   const double size = gizmo_size(screen, placement);
   std::optional<GizmoPart> best;
-  double least = kGizmoReach;
+  double least = kGizmoReach * screen.unit;
   const auto consider = [&](GizmoPart part, const std::vector<Vec3d>& line) {
     const double distance = distance_to_line(screen, line, at);
     if (distance >= least) return;

@@ -36,8 +36,8 @@ std::optional<PrintGesture> begin_print(const Pointer& pointer, const GestureCon
 std::optional<BendAlongGesture> begin_bend_along(const Pointer& pointer, const GestureContext& around,
                                                  PlacedTools& placed);
 
-inline constexpr double kClick = 4;  // pixels that a click may move
-inline constexpr double kNear = 12;  // pixels around a placed thing in which the pointer grabs it
+inline constexpr double kClick = 4;  // points that a click may move
+inline constexpr double kNear = 12;  // points around a placed thing in which the pointer grabs it
 
 // Returns whether the pointer is on a placed point or curve.
 bool is_near(const PlacedTools& placed, const Pointer& pointer, const GestureContext& around);

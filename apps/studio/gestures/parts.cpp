@@ -446,7 +446,7 @@ std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const G
 
 void PartGesture::move(const GestureStep& step) {
   const auto& [pointer, around, placed] = step;
-  const bool is_click = std::hypot(pointer.x - from.x, pointer.y - from.y) < kClick;
+  const bool is_click = std::hypot(pointer.x - from.x, pointer.y - from.y) < kClick * around.screen.unit;
   has_gone = has_gone || !is_click || pointer.typed;
   rests = false;
   if (!has_gone) return;

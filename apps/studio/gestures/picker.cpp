@@ -53,6 +53,8 @@ double pixel_size(const Screen& screen, const Vec3d& p) {
   return target_pixel(screen) * std::max(depth / target_distance(screen), 1e-6);
 }
 
+double point_size(const Screen& screen, const Vec3d& p) { return screen.unit * pixel_size(screen, p); }
+
 // By the number of edges that a ray to the right crosses.
 bool is_within(std::span<const Pixel> line, const Pixel& p) {
   bool is_inside = false;

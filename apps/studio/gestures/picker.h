@@ -26,6 +26,7 @@ struct Screen {
   render::Camera camera;
   int width = 1;
   int height = 1;
+  double unit = 1;  // pixels for one point of the design: of what is drawn to be grabbed, and how near that must be
 };
 
 struct Pixel {
@@ -43,6 +44,9 @@ bool is_within(std::span<const Pixel> line, const Pixel& p);
 
 // Returns the length that one pixel covers at the depth of a point.
 double pixel_size(const Screen& screen, const Vec3d& p);
+
+// Returns the same for one point of the design.
+double point_size(const Screen& screen, const Vec3d& p);
 
 // Returns the point at which the ray meets a plane; nothing if they are parallel or the plane is behind the eye.
 std::optional<Vec3d> on_plane(const Ray& ray, const Vec3d& point, const Vec3d& normal);

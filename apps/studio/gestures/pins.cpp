@@ -69,7 +69,7 @@ void for_images_apart(const Vec3d& pin, const ToolSettings& settings, const Body
 
 std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins) {
   std::optional<std::size_t> nearest;
-  double least = kNear;
+  double least = kNear * around.screen.unit;
   for (std::size_t i = 0; i < pins.size(); ++i) {
     const auto pixel = pixel_of(around.screen, pins[i].place);
     const double distance = pixel ? std::hypot(pixel->x - pointer.x, pixel->y - pointer.y) : least;
@@ -222,7 +222,7 @@ void end_pin_lasso(const GestureContext& around, const std::vector<Pixel>& line,
 void PinsGesture::move(const GestureStep& step) {
   const auto& [pointer, around, placed] = step;
   const Pixel& from = drag.from;
-  const bool is_click = std::hypot(pointer.x - from.x, pointer.y - from.y) < kClick;
+  const bool is_click = std::hypot(pointer.x - from.x, pointer.y - from.y) < kClick * around.screen.unit;
   has_gone = has_gone || !is_click || pointer.typed;
   if (!has_gone) return;
   to = kept_by_images(drag.start, drag.at(pointer, around), around.settings);

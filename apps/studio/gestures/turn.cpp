@@ -252,7 +252,7 @@ TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Pla
 
 void TurnGesture::move(const GestureStep& step) {
   const auto& [pointer, around, placed] = step;
-  const bool is_click = std::hypot(pointer.x - start.x, pointer.y - start.y) < kClick;
+  const bool is_click = std::hypot(pointer.x - start.x, pointer.y - start.y) < kClick * around.screen.unit;
   has_gone = has_gone || !is_click || pointer.typed;
   if (!placement || !has_gone) return;
   const Turning& turning = around.settings.tool->turning;

@@ -18,13 +18,13 @@ namespace {
 
 constexpr int kPoints = 64;         // of a ring; a multiple of 2 kDash
 constexpr std::size_t kDash = 2;    // steps of a dash, and of a gap
-constexpr double kThickness = 1.1;  // half, in pixels
+constexpr double kThickness = 1.1;  // half, in points
 constexpr double kThickest = 3;     // of that: the inner ring of a tool at full strength
-constexpr double kDotPixels = 4.5;  // radius of the dot at a mirror image
+constexpr double kDotPoints = 4.5;  // radius of the dot at a mirror image
 constexpr double kNearest = 0.5;    // of the way to the eye: rings come no nearer
 constexpr std::size_t kMaxImages = 32;
 constexpr double kHalfOfGrowth = 0.363;  // of the radius: there a body inflates half as fast (docs/mathematics.md)
-constexpr double kArrowPixels = 70;
+constexpr double kArrowPoints = 70;
 constexpr double kPointing = 0.5;  // of Drag::depth, above which the arrow is shown
 // Vertices that an estimate looks at, and those of them that it follows: 3 ms on two cores.
 constexpr std::size_t kLookedAt = 40'000;
@@ -33,11 +33,11 @@ constexpr double kMinPart = 0.9 / 2.4;  // of the safe width of a bend
 constexpr std::size_t kVerticesAtOnce = 4096;
 constexpr double kShadeError = 1e-3;   // of a displacement
 constexpr double kNominalPart = 0.05;  // of the radius: how far a pin is moved to show what it takes along
-constexpr double kPinPixels = 5;
-constexpr double kLinePixels = 1.6;  // half the width of the line of bend_along
-constexpr double kHandlePixels = 6;  // the radius of its handles
+constexpr double kPinPoints = 5;
+constexpr double kLinePoints = 1.6;  // half the width of the line of bend_along
+constexpr double kHandlePoints = 6;  // the radius of its handles
 constexpr std::size_t kPiecesOfLine = 64;
-constexpr double kFitPointPixels = 6;
+constexpr double kFitPoints = 6;
 constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
 constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
 
@@ -236,15 +236,15 @@ void add_cursor(const Studio& studio, std::span<const PlaneLine> outline, std::v
   const std::optional<CursorPlace> place = cursor_place(studio);
   if (!place) return;
   const Preferences& preferences = studio.preferences();
-  const double pixel = pixel_size(studio.view().screen(), place->center);
+  const double point = point_size(studio.view().screen(), place->center);
   const auto ring = [&](double radius) { return render::ring(place->center, place->normal, radius, kPoints); };
   std::vector<render::Line> cursor;
   if (outline.empty()) {
     cursor.push_back(
-        {.points = ring(radii->outer), .radius = kThickness * pixel, .closed = true, .color = preferences.outer_ring});
+        {.points = ring(radii->outer), .radius = kThickness * point, .closed = true, .color = preferences.outer_ring});
   }
-  add_outline(studio, *place, outline, kThickness * pixel, cursor);
-  const double thickness = kThickness * (1 + (kThickest - 1) * radii->strength) * pixel;
+  add_outline(studio, *place, outline, kThickness * point, cursor);
+  const double thickness = kThickness * (1 + (kThickest - 1) * radii->strength) * point;
   if (radii->inner > 0) {
     add_dashes(ring(radii->inner), {.points = {}, .radius = thickness, .color = preferences.inner_ring}, cursor);
   }
@@ -252,7 +252,7 @@ void add_cursor(const Studio& studio, std::span<const PlaneLine> outline, std::v
   if (images.size() > kMaxImages) images.resize(kMaxImages);
   for (const SymmetryImage& image : images) {
     const Vec3d at = image.motion(place->center);
-    const double radius = kDotPixels * pixel_size(studio.view().screen(), at);
+    const double radius = kDotPoints * point_size(studio.view().screen(), at);
     cursor.push_back(
         {.points = {at, at + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = preferences.outer_ring});
   }
@@ -273,10 +273,10 @@ void add_bend_line(const Studio& studio, std::vector<render::Line>& lines) {
   if (line.size() < 2) return;
   const Vec3d middle = line[line.size() / 2];
   std::vector<render::Line> shown{
-      {.points = std::move(line), .radius = kLinePixels * pixel_size(screen, middle), .color = kPlaced}};
+      {.points = std::move(line), .radius = kLinePoints * point_size(screen, middle), .color = kPlaced}};
   for (std::size_t i = 0; i < path.size() && !is_drawn; i += placed.line_stride) {
     const bool is_lit = lit == i / placed.line_stride;
-    const double size = (is_lit ? 1.3 : 1) * kHandlePixels * pixel_size(screen, path[i]);
+    const double size = (is_lit ? 1.3 : 1) * kHandlePoints * point_size(screen, path[i]);
     shown.push_back({.points = {path[i], path[i] + Vec3d{0, 1e-3 * size, 0}},
                      .radius = size,
                      .color = is_lit ? kLitHandle : kPlaced});
@@ -293,8 +293,8 @@ std::optional<InArrow> in_arrow(const Studio& studio) {
   const Screen screen = studio.view().screen();
   const render::CameraFrame frame = render::camera_frame(screen.camera);
   const double away = dot(drag->direction, frame.forward) > 0 ? drag->up : -drag->up;  // upwards is in: 1
-  const Vec3d beside = frame.right * (0.5 * kArrowPixels * pixel_size(screen, drag->start));
-  const Vec3d along = frame.up * (away * kArrowPixels * pixel_size(screen, drag->start));
+  const Vec3d beside = frame.right * (0.5 * kArrowPoints * point_size(screen, drag->start));
+  const Vec3d along = frame.up * (away * kArrowPoints * point_size(screen, drag->start));
   const Vec3d from = drag->start + beside;
   return InArrow{from, from + along};
 }
@@ -457,7 +457,7 @@ void add_fit_points(const Studio& studio, bool of_target, const Screen& screen, 
     const std::optional<std::uint32_t> vertex = of_target ? fit.pairs()[i].target : fit.pairs()[i].source;
     if (!vertex || *vertex >= positions.size()) continue;
     const Vec3d& place = positions[*vertex];
-    const double radius = kFitPointPixels * pixel_size(screen, place);
+    const double radius = kFitPoints * point_size(screen, place);
     lines.push_back(
         {.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color_of_pair(i)});
   }
@@ -469,8 +469,8 @@ void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
   std::vector<Pin> pins = drag != nullptr ? drag->pins : studio.tools().placed().pins;
   const std::optional<std::size_t> lit = studio.pointed_pin();
   const Screen screen = studio.view().screen();
-  const auto add = [&](const Vec3d& place, double pixels, const render::Color& color) {
-    const double radius = pixels * pixel_size(screen, place);
+  const auto add = [&](const Vec3d& place, double points, const render::Color& color) {
+    const double radius = points * point_size(screen, place);
     lines.push_back({.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color});
   };
   const std::vector<SymmetryImage> images = images_of(studio.tools().settings());
@@ -478,7 +478,7 @@ void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
     for (const PinGoal& goal : pin_goals(drag->pins, drag->dragged, drag->to, studio.tools().settings())) {
       const Vec3d from = std::exchange(pins[goal.pin].place, goal.to);
       pins[goal.pin].is_selected = true;
-      const double radius = 0.25 * kPinPixels * pixel_size(screen, from);
+      const double radius = 0.25 * kPinPoints * point_size(screen, from);
       if (!(from == goal.to)) lines.push_back({.points = {from, goal.to}, .radius = radius, .color = kPlaced});
     }
   }
@@ -488,8 +488,8 @@ void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
                                 : pins[i].is_selected ? kPlaced
                                 : pins[i].holds       ? kHeldPin
                                                       : kFreePin;
-    add(pins[i].place, kPinPixels, color);
-    for (const SymmetryImage& image : images) add(image.motion(pins[i].place), 0.6 * kPinPixels, color);
+    add(pins[i].place, kPinPoints, color);
+    for (const SymmetryImage& image : images) add(image.motion(pins[i].place), 0.6 * kPinPoints, color);
   }
 }
 

@@ -24,7 +24,7 @@ constexpr render::Color kMirrorLine{0.25f, 0.45f, 0.85f, 1};
 constexpr render::Color kRadialAxis{0.30f, 0.35f, 0.45f, 1};
 constexpr float kFaded = 0.4F;  // of the opacity of a region, while it is dragged
 constexpr double kInArrowRadius = 0.03;
-constexpr double kDrawnPixels = 2.5;              // half the width of a line that is drawn on the surface
+constexpr double kDrawnPoints = 2.5;              // half the width of a line that is drawn on the surface
 constexpr double kSameImage = 1e-9;               // of the radius: images that differ by less are one
 constexpr std::size_t kStretchedAtOnce = 60'000;  // vertices of a shape that is coloured at every step of a drag
 // Of the parts of a pose: the selected one, and in turn those that hold; free ones are fainter.
@@ -254,7 +254,7 @@ void add_drawn_line(const Studio& studio, std::vector<render::Line>& lines) {
     if (inflate != nullptr) points = inflate->stroke.points;
     if (draw != nullptr) points = draw->points;
     if (points.size() > 1) {
-      const double radius = kDrawnPixels * pixel_size(studio.view().screen(), points.back());
+      const double radius = kDrawnPoints * point_size(studio.view().screen(), points.back());
       lines.push_back({.points = std::move(points), .radius = radius, .color = kPlaced});
     }
   }
@@ -265,7 +265,7 @@ void add_drawn_line(const Studio& studio, std::vector<render::Line>& lines) {
   const Screen screen = studio.view().screen();
   const Vec3d forward = render::camera_frame(screen.camera).forward;
   const Vec3d before = screen.camera.target - forward * studio.document().shown().diagonal;
-  render::Line drawn{.points = {}, .radius = 1.2 * pixel_size(screen, before), .color = kPlaced};
+  render::Line drawn{.points = {}, .radius = 1.2 * point_size(screen, before), .color = kPlaced};
   for (std::size_t i = 0; i <= line.size(); ++i) {
     const Pixel& at = line[i % line.size()];
     if (const auto p = on_plane(ray_through(screen, at.x, at.y), before, forward)) drawn.points.push_back(*p);
