@@ -77,6 +77,7 @@ class Application {
         interface_(studio, gui_,
                    {[this] { window_.toggle_full_screen(); },
                     [this](const std::filesystem::path& path) { write_picture(path); }}) {
+    gui_.set_touch(window_.has_touch());
     interface_.set_size(window_.width(), window_.height());
   }
   ~Application() { studio_.set_hit_test({}); }
@@ -133,6 +134,7 @@ class Application {
   void draw_frame(const std::vector<Event>& events) {
     const Clock::time_point began = Clock::now();
     backend_.begin_frame(window_);
+    gui_.set_touch(window_.has_touch());
     gui_.begin_frame(events);
     interface_.handle(events);
     if (window_.is_closing()) {

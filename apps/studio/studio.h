@@ -92,6 +92,8 @@ class Studio {
   // Returns the strokes of the current gesture with mirror images, which the tool picture shows; empty if there is
   // none.
   std::vector<Stroke> preview() const;
+  // Returns what Escape would do while nothing is dragged, in a word for a button; null: nothing.
+  const char* cancellable() const;
   // Returns the number that the pointer sets.
   std::optional<PointedNumber> number() const;
   const Pointer& pointer() const { return pointer_; }

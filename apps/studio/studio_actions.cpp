@@ -81,6 +81,22 @@ void Studio::cancel() {
   }
 }
 
+const char* Studio::cancellable() const {
+  constexpr double kLongWork = 1.5;  // seconds
+  const std::optional<WorkStatus> work = document_.worker().status();
+  if (view_.turntable() || (work && work->seconds > kLongWork)) return "Stop";
+  if (shown().looked_at) return "Back to the present";
+  const PlacedTools& placed = tools_.placed();
+  const ToolUse use = settings().tool->use;
+  if (use == ToolUse::pose && placed.parts.selected) {
+    return settings().pose == PoseMode::brush ? "Next part" : "Deselect the part";
+  }
+  const bool has_points = !placed.points.empty() || !placed.curves.empty();
+  const bool has_gizmo = placed.placement && (use == ToolUse::turn || use == ToolUse::stamp);
+  if (has_gizmo) return "Remove the gizmo";
+  return has_points && (use == ToolUse::points || use == ToolUse::curve) ? "Remove the points" : nullptr;
+}
+
 void Studio::change_mask(MaskEdit edit) {
   refresh();
   if (!gesture_) masks_.change(edit);

@@ -48,7 +48,7 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (ImGui::Selectable(std::string(names[i]).c_str(), i == kind)) dialogs.new_kind = static_cast<ShapeKind>(i);
     }
-    ImGui::EndCombo();
+    end_list();
   }
   const ShapeCounts counts = shape_counts(dialogs.new_kind);
   const int least = static_cast<int>(counts.minimum);
@@ -169,10 +169,11 @@ std::optional<Action> draw_found(const Studio& studio, CommandSearch& search, co
   std::optional<Action> clicked;
   if (ImGui::BeginChild("found", {-1, kRowsShown * ImGui::GetTextLineHeightWithSpacing()}, true)) {
     if (found.empty()) ImGui::TextDisabled("No command has these words.");
+    begin_rows();
     for (std::size_t i = 0; i < found.size(); ++i) {
       const bool is_chosen = i == search.chosen;
       const std::string keys =
-          fmt::format("{}   {}", place_of(found[i]), keys_text(studio.preferences().keys, found[i]));
+          place_of(found[i]) + (is_touched() ? "" : "   " + keys_text(studio.preferences().keys, found[i]));
       ImGui::PushID(static_cast<int>(i));
       if (ImGui::Selectable(std::string(title_of(found[i])).c_str(), is_chosen)) clicked = found[i];
       if (is_chosen && !ImGui::IsItemVisible()) ImGui::SetScrollHereY();
@@ -180,6 +181,7 @@ std::optional<Action> draw_found(const Studio& studio, CommandSearch& search, co
       ImGui::TextDisabled("%s", keys.c_str());
       ImGui::PopID();
     }
+    end_rows();
   }
   ImGui::EndChild();
   return clicked;

@@ -153,6 +153,11 @@ void go_to(FileDialog& dialog, const fs::path& folder) {
 }
 
 void draw_places(FileDialog& dialog) {
+  // A phone has no folders that its user knows.
+  if (must_bring_files() && is_touched()) {
+    if (!writes(dialog.use) && ImGui::Button("Choose a file...", {-1, 0})) choose_files_to_bring();
+    return;
+  }
   if (ImGui::Button("Up")) go_to(dialog, dialog.folder.parent_path());
   ImGui::SameLine();
   const fs::path home = home_folder();
@@ -177,6 +182,7 @@ bool draw_list(FileDialog& dialog, float height) {
   bool chosen = false;
   std::optional<fs::path> next;
   if (ImGui::BeginChild("files", {-1, height}, true)) {
+    begin_rows();
     if (!dialog.list.problem.empty()) text_in_colour(kWarning, dialog.list.problem);
     for (const ListedFile& file : dialog.list.files) {
       const std::string label = file.is_folder ? file.name + "/" : file.name;
@@ -195,6 +201,7 @@ bool draw_list(FileDialog& dialog, float height) {
         ImGui::TextDisabled("%s", size_text(file.bytes).c_str());
       }
     }
+    end_rows();
   }
   ImGui::EndChild();
   if (next) go_to(dialog, *next);
@@ -386,7 +393,7 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;
   if (ImGui::IsItemEdited()) dialog.is_sure = false;
   if (dialog.use == FileUse::export_shape || dialog.use == FileUse::export_frames) draw_formats(dialog);
-  if (dialog.use == FileUse::export_shape) {
+  if (dialog.use == FileUse::export_shape && !is_touched()) {  // a phone has no room for it
     ImGui::SameLine();
     ImGui::BeginDisabled(fs::path(dialog.name).extension() != ".ply");
     ImGui::Checkbox("Coordinates as doubles", &dialog.as_double);

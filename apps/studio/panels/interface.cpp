@@ -14,6 +14,7 @@
 
 #include "gestures/gesture_kinds.h"
 #include "panels/panels.h"
+#include "panels/widgets.h"
 
 namespace knead::studio {
 
@@ -41,6 +42,8 @@ bool passes_dialogs(const Event& event) {
          (key != nullptr && !key->down);
 }
 
+Pixel middle_of(const Area& area) { return {0.5 * (area.left + area.right), 0.5 * (area.top + area.bottom)}; }
+
 // A right click that is about nothing else asks for the settings at the pointer.
 bool is_right(const Event& event, bool down) {
   const auto* button = std::get_if<ButtonChanged>(&event);
@@ -61,13 +64,36 @@ Interface::Interface(Studio& studio, Gui& gui, InterfaceHost host)
 }
 
 void Interface::set_size(int width, int height) {
+  const bool had_size = width_ > 1;
+  const double before = height_;
+  const Vec3d middle = middle_of_free();
   width_ = std::max(width, 1);
   height_ = std::max(height, 1);
   arrange();
   studio_.handle(Resized{width, height});
+  // A device that is turned, or has opened its keyboard, shows the shape as large, in the middle of what is left.
+  if (!had_size || !gui_.is_touch()) return;
+  studio_.view().navigation().view.height *= height_ / before;
+  show_in_middle(middle);
+}
+
+// Returns the point in the middle of the free part, as deep as the view's target.
+Vec3d Interface::middle_of_free() const {
+  const Navigation& at = studio_.view().navigation();
+  const Pixel middle = middle_of(layout_.free);
+  return under_pointer(at.view, middle.x, middle.y, at.width, at.height);
+}
+
+void Interface::show_in_middle(const Vec3d& point) {
+  Navigation& at = studio_.view().navigation();
+  const auto before = pixel_of(studio_.view().screen(), point);
+  const Pixel to = middle_of(layout_.free);
+  if (before) at.view = panned(at.view, to.x - before->x, to.y - before->y, at.height);
 }
 
 namespace {
+
+constexpr double kFingerScale = 1.5;  // what fingers grab is larger by this
 
 int tool_pairs() {
   int rows = 0;
@@ -82,6 +108,7 @@ int tool_pairs() {
 }  // namespace
 
 void Interface::arrange() {
+  studio_.view().set_unit(gui_.unit() * (gui_.is_touch() ? kFingerScale : 1));
   LayoutQuery query;
   query.width = static_cast<float>(width_);
   query.height = static_cast<float>(height_);
@@ -97,8 +124,11 @@ void Interface::arrange() {
   query.labels = studio_.view().settings().tool_labels;
   query.panel_width = static_cast<float>(studio_.preferences().panels.width);
   query.side = compact_.is_side_open;
+  query.touch = gui_.is_touch();
   query.target = studio_.fit().is_open();
   const bool had_target = layout_.target.width() > 0;
+  const bool had_side = layout_.side_panel.height() > 0;
+  const Vec3d middle = middle_of_free();
   layout_ = layout_of(query);
   const auto pixels = [](float length) { return std::max(1, static_cast<int>(std::lround(length))); };
   if (query.target) {
@@ -107,6 +137,8 @@ void Interface::arrange() {
          Margins{.bottom = pixels(std::min(kFitPanelHeight * gui_.unit(), 0.5F * layout_.target.height()))}});
   }
   studio_.view().navigation().covered = margins_of(layout_, query.width, query.height);
+  const bool has_side = layout_.side_panel.height() > 0;
+  if (gui_.is_touch() && has_side != had_side) show_in_middle(middle);
   if (query.target != had_target) studio_.view().frame_all();
 }
 
@@ -151,7 +183,8 @@ Event with_modifiers(Event event, const Modifiers& held) {
     modifiers.shift = modifiers.shift || held.shift;
   };
   if (auto* moved = std::get_if<PointerMoved>(&event)) add(moved->modifiers);
-  if (auto* button = std::get_if<ButtonChanged>(&event)) add(button->modifiers);
+  auto* const button = std::get_if<ButtonChanged>(&event);
+  if (button != nullptr && button->button == MouseButton::left) add(button->modifiers);  // others move the view
   return event;
 }
 
@@ -236,6 +269,7 @@ void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
   if (studio_.view().settings().help) draw_help(studio_, gui_);
   const float offer = draw_stretch(studio_, gui_, stretched);
   draw_messages(studio_, gui_, layout_, offer, messages_);
+  if (gui_.is_touch()) draw_cancel(studio_, gui_, layout_);
   draw_pointer_menu(studio_, gui_, pointer_menu_);
   draw_tour(studio_, dialogs_.welcome, gui_, layout_);
   draw_dialogs(studio_, dialogs_, gui_, host_.write_picture);
@@ -247,21 +281,26 @@ namespace {
 
 constexpr float kMaxOfWindow = 0.45F;  // that the side panel takes
 constexpr float kSheetHeight = 0.55F;  // of a phone's picture, that its side panel takes
-constexpr float kHintLines = 2;        // bars high, above the bar of a compact window
+constexpr float kHintLine = 20;        // points, above the bar of a compact window
 
 // A bar at the bottom, and the side panel only on demand.
 void lay_out_compact(const LayoutQuery& query, Layout& layout) {
   const float gap = kPanelGap * query.unit;
-  const float height = std::min(2 * kTouchSize * query.unit + 3 * gap, 0.5F * query.height);
+  layout.is_wide = query.width >= kWideBar * query.unit;
+  const float rows = layout.is_wide ? 1 : 2;
+  const float height = std::min(rows * (kTouchSize * query.unit + gap) + gap, 0.5F * query.height);
+  const float hints = (rows * kHintLine + 6) * query.unit;
   const float bottom = query.panels ? query.height - height : query.height;
-  layout.free = {0, query.bar, query.width, std::max(bottom - kHintLines * query.bar, query.bar)};
+  layout.hint_bottom = bottom;
+  layout.free = {0, query.bar, query.width, std::max(bottom - hints, query.bar)};
   if (!query.panels) return;
   layout.bottom_bar = {0, bottom, query.width, query.height};
   if (!query.side) return;
   if (query.width < kPhoneWidth * query.unit) {
     const float top = bottom - kSheetHeight * (bottom - query.bar);
     layout.side_panel = {gap, top, query.width - gap, bottom - gap};
-    layout.free.bottom = std::max(top - kHintLines * query.bar, query.bar);
+    layout.hint_bottom = top;
+    layout.free.bottom = std::max(top - hints, query.bar);
   } else {
     const float wanted = std::clamp(query.panel_width, kMinPanelWidth, kMaxPanelWidth) * query.unit;
     const float width = std::min(wanted, kMaxOfWindow * query.width);
@@ -278,7 +317,7 @@ namespace {
 Layout lay_out_panels(const LayoutQuery& query) {
   Layout layout;
   layout.menu_height = query.bar;
-  layout.is_compact = query.width < kCompactWidth * query.unit || query.height > kUpright * query.width;
+  layout.is_compact = query.touch || query.width < kCompactWidth * query.unit || query.height > kUpright * query.width;
   if (layout.is_compact) {
     lay_out_compact(query, layout);
     return layout;
@@ -470,7 +509,8 @@ void draw_menu(Studio& studio, Dialogs& dialogs, const Menu& menu) {
     if (group != menu.groups.front()) ImGui::Separator();
     for (const Action action : group) {
       if (action == Action::recover) draw_recent(studio, dialogs);
-      const std::string key = keys.of(action).empty() ? "" : text_of(keys.of(action).front());
+      const bool has_key = !keys.of(action).empty() && !is_touched();
+      const std::string key = has_key ? text_of(keys.of(action).front()) : "";
       if (ImGui::MenuItem(std::string(title_of(action)).c_str(), key.c_str(), is_chosen(studio, action),
                           is_possible(studio, action))) {
         studio.perform(action);
@@ -498,12 +538,14 @@ std::string place_of(Action action) {
 bool draw_menus(Studio& studio, Dialogs& dialogs) {
   if (!ImGui::BeginMainMenuBar()) return false;
   bool is_open = false;
+  begin_rows();
   for (const Menu& menu : menus()) {
     if (!ImGui::BeginMenu(menu.title)) continue;
     is_open = true;
     draw_menu(studio, dialogs, menu);
     ImGui::EndMenu();
   }
+  end_rows();
   ImGui::EndMainMenuBar();
   return is_open;
 }

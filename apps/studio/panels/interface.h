@@ -127,6 +127,8 @@ class Interface {
 
  private:
   void arrange();
+  Vec3d middle_of_free() const;
+  void show_in_middle(const Vec3d& point);
   void send(const Event& given);
   void note_right_click(const Event& event, bool was_free);
   bool is_idle_repeat(const Event& event);

@@ -153,7 +153,7 @@ float draw_offers(Studio& studio, const Gui& gui) {
 }  // namespace
 
 bool draw_pose_button(Studio& studio) {
-  const bool is_clicked = ImGui::SmallButton("Pose it");
+  const bool is_clicked = small_button("Pose it");
   help_on_hover("Turns what is beyond this place as a pose.");
   if (is_clicked) studio.pose_placed();
   return is_clicked;

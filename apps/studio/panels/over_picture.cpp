@@ -7,6 +7,8 @@
 #include <cctype>
 #include <cmath>
 #include <span>
+#include <string>
+#include <string_view>
 
 #include "panels/file_dialog.h"
 #include "panels/panels.h"
@@ -106,7 +108,19 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
                             PointerUse{"Smooth the surface", "Shift+left button"},
                             PointerUse{"Even out the triangles only", "Ctrl+Shift+left button"},
                             PointerUse{"Type a number", "Ctrl+click on its slider"}};
-  if (!begin_keys(gui, "Pointer")) return;
+  constexpr std::array fingers{PointerUse{"Use the tool", "one finger on the shape"},
+                               PointerUse{"Turn the view", "two fingers, or one beside the shape"},
+                               PointerUse{"Zoom", "two fingers apart or together"},
+                               PointerUse{"Move the view", "three fingers"},
+                               PointerUse{"Undo", "tap with two fingers"},
+                               PointerUse{"Redo", "tap with three fingers"},
+                               PointerUse{"Pose an arm or a leg", "tap twice, hold, and drag"},
+                               PointerUse{"Mirror, falloff and more", "More, at the bottom"}};
+  if (!begin_keys(gui, is_touched() ? "Fingers" : "Pointer")) return;
+  if (is_touched()) {
+    for (const PointerUse& gesture : fingers) wrapped_row(gesture.what, gesture.how);
+    return ImGui::EndTable();
+  }
   const bool is_maya = preset == NavigationPreset::maya;
   for (const PointerUse& gesture : is_maya ? std::span<const PointerUse>(maya) : blender)
     wrapped_row(gesture.what, gesture.how);
@@ -145,7 +159,7 @@ bool draw_message(Studio& studio, const Notice& notice, float opacity, int id) {
   if (notice.is_error) {
     text_in_colour(kError, notice.text);
     if (const std::optional<Action> remedy = remedy_of(notice.subject)) {
-      gone = ImGui::SmallButton(std::string(title_of(*remedy)).c_str());
+      gone = small_button(std::string(title_of(*remedy)).c_str());
       if (gone) studio.perform(*remedy);
       ImGui::SameLine();
     }
@@ -153,7 +167,7 @@ bool draw_message(Studio& studio, const Notice& notice, float opacity, int id) {
       gone = draw_pose_button(studio);
       ImGui::SameLine();
     }
-    gone = ImGui::SmallButton("Close") || gone;
+    gone = small_button("Close") || gone;
   } else {
     ImGui::TextWrapped("%s", notice.text.c_str());
   }
@@ -190,7 +204,7 @@ void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const
     wrapped_row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
     wrapped_row("Volume", volume_text(shown, times.volume));
     ImGui::EndTable();
-    if (ImGui::SmallButton("Count crossings")) studio.document().count_crossings();
+    if (small_button("Count crossings")) studio.document().count_crossings();
   }
   ImGui::End();
 }
@@ -208,15 +222,17 @@ void draw_help(Studio& studio, const Gui& gui) {
     if (ImGui::BeginTable("groups", columns, ImGuiTableFlags_SizingFixedFit)) {
       for (int i = 0; i < columns; ++i) ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, column);
       ImGui::TableNextColumn();
+      if (is_touched()) draw_pointer_help(gui, studio.view().navigation().preset);
       for (const char* group : {"File", "Edit", "Window"}) draw_keys_of(studio, gui, group);
       ImGui::TableNextColumn();
       draw_keys_of(studio, gui, "Tools");
       ImGui::TableNextColumn();
       draw_keys_of(studio, gui, "View");
-      draw_pointer_help(gui, studio.view().navigation().preset);
+      if (!is_touched()) draw_pointer_help(gui, studio.view().navigation().preset);
       ImGui::EndTable();
     }
-    ImGui::TextDisabled("Other keys: \"keys\" in %s", (config_folder() / "studio.json").string().c_str());
+    if (!is_touched())
+      ImGui::TextDisabled("Other keys: \"keys\" in %s", (config_folder() / "studio.json").string().c_str());
   }
   ImGui::End();
   if (!open) studio.view().settings().help = false;
@@ -230,7 +246,7 @@ constexpr float kBarWidth = 150;
 // What is being done, and a bar where it is known how much of it is.
 void draw_work(const WorkStatus& work, const Gui& gui, float width) {
   const std::string what = work.what.empty() ? "Working" : work.what;
-  const std::string text = fmt::format("{}... (Escape stops)", what);
+  const std::string text = fmt::format("{}...{}", what, is_touched() ? "" : " (Escape stops)");
   const float left = width - (kBarWidth + 10) * gui.unit() - ImGui::CalcTextSize(text.c_str()).x;
   ImGui::SameLine(std::max(left, 0.0F));
   ImGui::TextDisabled("%s", text.c_str());
@@ -250,6 +266,14 @@ struct StatusLine {
   ImVec4 colour;
 };
 
+// Fingers have Ctrl and Shift in the bar, but no other keys.
+std::string without_keys(std::string hint) {
+  hint = hint.substr(0, hint.find(" Type "));
+  const std::string_view alt = "Alt+click removes, ";
+  const std::size_t at = hint.find(alt);
+  return at == std::string::npos ? hint : hint.erase(at, alt.size());
+}
+
 // The first that there is: trouble with the journal, a problem, what was widened, what the tool waits for.
 StatusLine status_line(const Studio& studio) {
   const DocumentState& shown = studio.document().shown();
@@ -261,7 +285,8 @@ StatusLine status_line(const Studio& studio) {
   if (studio.fit().is_open()) return {"Fit: drag beside a shape to turn it. The tools wait until Fit is closed.", dim};
   const ToolSettings& settings = studio.tools().settings();
   const PlacedTools& placed = studio.tools().placed();
-  const std::string hint = hint_of(settings, placed, turn_drag(studio.view().screen(), settings, placed));
+  std::string hint = hint_of(settings, placed, turn_drag(studio.view().screen(), settings, placed));
+  if (is_touched()) hint = without_keys(hint);
   return {fmt::format("{}: {}", settings.tool->name, hint), dim};
 }
 
@@ -274,7 +299,7 @@ void draw_recording(const Turntable& turntable, const Gui& gui) {
 
 void draw_wrapped_status(Studio& studio, const Gui& gui, const Layout& layout) {
   const float width = layout.free.right - layout.free.left;
-  ImGui::SetNextWindowPos({layout.free.left, layout.free.bottom});
+  ImGui::SetNextWindowPos({layout.free.left, layout.hint_bottom}, ImGuiCond_Always, {0, 1});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::SetNextWindowBgAlpha(0.85F);
   if (ImGui::Begin("Status", nullptr, (kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize) | ImGuiWindowFlags_NoInputs)) {
@@ -323,6 +348,19 @@ void draw_status(Studio& studio, const Gui& gui, const Layout& layout) {
   }
   ImGui::End();
   ImGui::PopStyleVar(3);
+}
+
+void draw_cancel(Studio& studio, const Gui& gui, const Layout& layout) {
+  const char* const what = studio.cancellable();
+  if (what == nullptr) return;
+  const float gap = kPanelGap * gui.unit();
+  ImGui::SetNextWindowPos({layout.free.left + gap, layout.free.top + gap});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  if (ImGui::Begin("Cancel", nullptr, kOverlay)) {
+    if (ImGui::Button(what, {0, kTouchSize * gui.unit()})) studio.perform(Action::cancel);
+  }
+  ImGui::End();
+  ImGui::PopStyleVar();
 }
 
 namespace {

@@ -48,15 +48,18 @@ struct LayoutQuery {
   int tool_pairs = 0;     // its rows where two stand side by side, each group from a new row on
   bool labels = false;    // names beside the icons
   bool panels = true;     // tool bar and side panel are shown
+  bool touch = false;     // fingers press
   bool target = false;    // another shape is seen beside the shape
   bool side = true;       // the side panel is open; only a compact window can close it alone
   float panel_width = 0;  // of the side panel, as the person chose it, in points
 };
 
 struct Layout {
-  bool is_compact = false;  // a phone, or a tablet held upright
+  bool is_compact = false;  // a phone or a tablet
+  bool is_wide = false;     // a compact window whose bar is one row
   float menu_height = 0;
-  Area bottom_bar;  // of a compact window, instead of the others
+  float hint_bottom = 0;  // of the lines above the bar of a compact window
+  Area bottom_bar;        // of a compact window, instead of the others
   Area top_bar;
   Area tool_bar;
   int tool_columns = 1;           // two where one without names is higher than the window
@@ -78,11 +81,12 @@ inline constexpr float kToolBarPadding = 4;
 inline constexpr float kToolScrollbar = 9;
 inline constexpr float kSmallestTool = 0.55F;  // of the size of an entry
 
-// Windows narrower than this, in points, or higher than wide by this factor, are compact: a phone, or a tablet held
-// upright. A bar at their bottom takes the place of the others.
+// Windows narrower than this, in points, higher than wide by this factor, or pressed by fingers are compact: those of a
+// phone or a tablet. A bar at their bottom takes the place of the others.
 inline constexpr float kCompactWidth = 620;
 inline constexpr float kUpright = 1.15F;
 inline constexpr float kPhoneWidth = kCompactWidth;  // below it the side panel is a sheet at the bottom
+inline constexpr float kWideBar = 760;               // from it on the bar is one row, else two
 inline constexpr float kTouchSize = 44;              // points, of what a finger meets
 
 // The side panel takes at most 45% of the window, or in a narrow one 55% of its height; nothing reaches beyond the
@@ -224,6 +228,10 @@ void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const
 
 // Draws the table of all keys.
 void draw_help(Studio& studio, const Gui& gui);
+
+// Where fingers press, which have no Escape: draws a button in the upper left corner of the picture that stops the work
+// or removes what is placed, if there is any.
+void draw_cancel(Studio& studio, const Gui& gui, const Layout& layout);
 
 // Draws the line at the bottom: the hint for the tool, the work in progress, and trouble with the journal. In a compact
 // window it wraps, above the bar.

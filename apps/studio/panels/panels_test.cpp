@@ -180,6 +180,162 @@ TEST(Layout, MarginsAreWhatIsNotFree) {
 
 namespace {
 
+// --- fingers ---------------------------------------------------------------------------------------------------------
+
+class FingersTest : public StudioTest {
+ protected:
+  void open_ball(ShownPanels& panels, int width, int height) const {
+    panels.gui.set_touch(true);
+    panels.resize(width, height);
+    run(panels.studio, R"({"new": "sphere", "vertices": 2562}
+{"key": "Home"})");
+    panels.frame();
+    panels.frame();
+  }
+};
+
+// Where the middle of the ball is seen, from the middle of the free part of the picture.
+Pixel from_middle(ShownPanels& panels) {
+  const Area& free = panels.interface.layout().free;
+  const Pixel at = pixel_of(panels.studio.view().screen(), {0, 0, 0}).value();
+  return {at.x - 0.5 * (free.left + free.right), at.y - 0.5 * (free.top + free.bottom)};
+}
+
+// How high the item at a place is for the pointer.
+double height_at(ShownPanels& panels, double x, double y) {
+  panels.move(x, y);
+  const ImGuiID item = ImGui::GetCurrentContext()->HoveredId;
+  if (item == 0) return 0;
+  double height = 1;
+  for (const double step : {-1.0, 1.0}) {
+    for (double at = y + step;; at += step, ++height) {
+      panels.move(x, at);
+      if (at < 0 || ImGui::GetCurrentContext()->HoveredId != item) break;
+    }
+  }
+  return height;
+}
+
+TEST_F(FingersTest, WhatTheyPressIsHighEnough) {
+  for (const auto& [width, height] : {std::pair{390, 844}, {844, 390}, {820, 1180}, {1180, 820}}) {
+    ShownPanels panels(options(), width, height);
+    open_ball(panels, width, height);
+    ASSERT_TRUE(panels.interface.layout().is_compact);
+    EXPECT_GE(height_at(panels, 20, 20), 37);  // File
+    panels.click(20, 20);
+    panels.frame();
+    const ImGuiWindow* const menu = ShownPanels::popup();
+    ASSERT_NE(menu, nullptr);
+    EXPECT_GE(height_at(panels, menu->Pos.x + 30, menu->Pos.y + 70), 37);
+    panels.key("Escape");
+    for (const char* name : {"##tools", "Undo", "##Ctrl", "More"}) {
+      ImGuiWindow* const bar = ImGui::FindWindowByName("Bottom bar");
+      const auto at = panels.place_in(ShownPanels::area_of("Bottom bar"), bar->GetID(name));
+      ASSERT_TRUE(at) << name;
+      EXPECT_GE(height_at(panels, at->first, at->second), 44) << name;
+    }
+    const Pixel before = from_middle(panels);
+    ASSERT_TRUE(panels.click_item("Bottom bar", "More"));
+    for (int i = 0; i < 4; ++i) panels.frame();
+    const Area sheet = panels.interface.layout().side_panel;
+    EXPECT_GE(height_at(panels, sheet.left + 100, sheet.top + 100), 37);
+    EXPECT_GT(panels.interface.layout().free.height(), 0.25 * height);
+    EXPECT_NEAR(from_middle(panels).x, before.x, 2) << "the shape is seen beside the sheet";
+    EXPECT_NEAR(from_middle(panels).y, before.y, 2);
+    panels.studio.document().close();
+  }
+}
+
+TEST_F(FingersTest, TurnTheDeviceAndTheShapeStaysAsLarge) {
+  ShownPanels panels(options(), 390, 844);
+  open_ball(panels, 390, 844);
+  const auto place = [&](const Vec3d& p) { return pixel_of(panels.studio.view().screen(), p).value(); };
+  const Vec3d up{0, 1, 0};
+  const double before = place({0, 0, 0}).y - place(up).y;
+  const Pixel was = from_middle(panels);
+  panels.resize(844, 390);
+  EXPECT_NEAR(from_middle(panels).x, was.x, 3);
+  EXPECT_NEAR(from_middle(panels).y, was.y, 3);
+  EXPECT_NEAR(place({0, 0, 0}).y - place(up).y, before, 0.05 * before);
+  EXPECT_GT(place(up).y, panels.interface.layout().free.top);
+  panels.resize(390, 500);  // the keyboard is open
+  EXPECT_NEAR(place({0, 0, 0}).y - place(up).y, before, 0.05 * before);
+}
+
+TEST_F(FingersTest, ScrollAMenuThatIsHigherThanTheWindow) {
+  ShownPanels panels(options(), 390, 600);
+  open_ball(panels, 390, 600);
+  EXPECT_FALSE(Gui::scroll(200, 300, 0)) << "the picture";
+  panels.click(105, 20);  // View
+  for (int i = 0; i < 3; ++i) panels.frame();
+  const ImGuiWindow* const menu = ShownPanels::popup();
+  ASSERT_NE(menu, nullptr);
+  ASSERT_GT(menu->ScrollMax.y, 100);
+  const ImVec2 at{menu->Pos.x + 20, menu->Pos.y + 60};
+  EXPECT_TRUE(Gui::scroll(at.x, at.y, 0));
+  Gui::scroll(at.x, at.y, -30);
+  Gui::scroll(at.x, at.y, -40);  // before the next picture
+  for (int i = 0; i < 2; ++i) panels.frame();
+  EXPECT_NEAR(menu->Scroll.y, 70, 1);
+  Gui::scroll(at.x, at.y, 500);
+  for (int i = 0; i < 2; ++i) panels.frame();
+  EXPECT_EQ(menu->Scroll.y, 0);
+}
+
+TEST_F(FingersTest, TwoTurnTheViewWhileCtrlIsHeld) {
+  ShownPanels panels(options(), 390, 844);
+  open_ball(panels, 390, 844);
+  ASSERT_TRUE(panels.click_item("Bottom bar", "##Ctrl"));
+  const View before = panels.studio.view().navigation().view;
+  panels.move(200, 300);
+  panels.frame({ButtonChanged{MouseButton::middle, true, 200, 300}});
+  panels.move(240, 300);
+  panels.frame({ButtonChanged{MouseButton::middle, false, 240, 300}});
+  EXPECT_NE(panels.studio.view().navigation().view.yaw, before.yaw);
+  EXPECT_EQ(panels.studio.view().navigation().view.height, before.height);
+}
+
+TEST_F(FingersTest, CancelByAButton) {
+  ShownPanels panels(options(), 390, 844);
+  open_ball(panels, 390, 844);
+  const auto has_button = [] { return ShownPanels::area_of("Cancel").width() > 0; };
+  EXPECT_FALSE(has_button());
+  run(panels.studio, R"({"tool": "rotate"})");
+  const Pixel middle = pixel_of(panels.studio.view().screen(), {0, 0, 0}).value();
+  panels.click(middle.x, middle.y);
+  ASSERT_TRUE(panels.studio.tools().placed().placement);
+  panels.frame();
+  ASSERT_TRUE(has_button());
+  ASSERT_TRUE(panels.click_item("Cancel", "Remove the gizmo"));
+  EXPECT_FALSE(panels.studio.tools().placed().placement);
+  for (int i = 0; i < 2; ++i) panels.frame();
+  EXPECT_FALSE(has_button());
+}
+
+TEST_F(FingersTest, GrabWithinPointsNotPixels) {
+  for (const double unit : {1.0, 3.0}) {
+    const int width = static_cast<int>(390 * unit);
+    const int height = static_cast<int>(844 * unit);
+    ShownPanels panels(options(), width, height, unit);
+    open_ball(panels, width, height);
+    panels.key("P");
+    panels.studio.tools().settings().pose = PoseMode::exact;
+    const Pixel middle = pixel_of(panels.studio.view().screen(), {0, 0, 0}).value();
+    panels.click(middle.x, middle.y);
+    ASSERT_EQ(panels.studio.tools().placed().pins.size(), 1U) << unit;
+    const Pixel pin = pixel_of(panels.studio.view().screen(), panels.studio.tools().placed().pins[0].place).value();
+    panels.click(pin.x + 15 * unit, pin.y);
+    EXPECT_EQ(panels.studio.tools().placed().pins.size(), 1U) << "the finger met the pin";
+    panels.click(pin.x + 25 * unit, pin.y);
+    EXPECT_EQ(panels.studio.tools().placed().pins.size(), 2U);
+    panels.studio.document().close();
+  }
+}
+
+}  // namespace
+
+namespace {
+
 namespace fs = std::filesystem;
 
 TEST(FileList, FoldersComeFirstAndOnlyTheFormatsAskedFor) {

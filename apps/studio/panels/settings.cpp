@@ -203,7 +203,7 @@ void draw_font(std::string& font) {
     for (const std::string& name : kFonts) {
       if (ImGui::Selectable(name.c_str(), name == font)) font = name;
     }
-    ImGui::EndCombo();
+    end_list();
   }
   help_on_hover("of the text; its capital letters are as high as the radius");
 }
@@ -362,7 +362,7 @@ void choose_stamp(Studio& studio, float width) {
     help_on_hover(std::string(name).c_str());
     draw_solid(kind, {corner.x + 0.5F * size, corner.y + 0.5F * size}, 0.55F * size);
   }
-  ImGui::EndCombo();
+  end_list();
 }
 
 // The text, or the picture in its place, which a click takes away.

@@ -20,6 +20,9 @@ namespace knead::studio {
 
 namespace {
 
+// Of an entry, 0: of its text.
+float row_height() { return is_touched() ? ImGui::GetFrameHeight() : 0; }
+
 constexpr const char* kDragged = "layer";  // what is carried by drag and drop: the number of an entry
 
 // The name that a person gave, or what the entry does.
@@ -181,12 +184,13 @@ void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   ImGui::Dummy({height, height});
   ImGui::SameLine(0, 0.3F * height);
   ImGui::AlignTextToFramePadding();
+  if (is_touched()) ImGui::GetCurrentWindow()->DC.CurrLineTextBaseOffset = 0;  // the row has the frame's height
   const std::string label = label_of(studio, shown) + "###name";
   const bool is_open = studio.history().editor().entry == entry;
   const bool is_lit = is_open || studio.document().shown().looked_at == entry + 1;
   const double strength = strength_of(shown.strokes);
   const float room = strength == 1 ? 0.0F : ImGui::GetFontSize() * 2.6F;
-  const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x - room, 1.0F), 0};
+  const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x - room, 1.0F), row_height()};
   if (ImGui::Selectable(label.c_str(), is_lit, 0, size)) {
     editor.clicked = entry;
     studio.history().select(is_open ? std::nullopt : std::optional(entry));
@@ -229,7 +233,7 @@ void draw_history(Studio& studio, HistoryEditor& editor) {
     ImGui::SetNextItemWidth(-1);
     ImGui::InputTextWithHint("##search", "Search", &editor.search);
   }
-  if (ImGui::Selectable("As it was opened", shown.looked_at == 0U)) {
+  if (ImGui::Selectable("As it was opened", shown.looked_at == 0U, 0, {0, row_height()})) {
     studio.history().look_at(std::size_t{0});
     studio.history().select(std::nullopt);
   }
@@ -261,7 +265,7 @@ void draw_objects(Studio& studio) {
     if (ImGui::Selectable((objects.list[i].name + "###name").c_str(), objects.active == i, 0, {room, 0})) clicked = i;
     help_on_hover("Click: the pointer meets this one only, also behind others. Click again: it meets all.");
     ImGui::SameLine();
-    if (ImGui::SmallButton("x")) removed = i;
+    if (small_button("x")) removed = i;
     help_on_hover("removes it; the strokes stay and move the others");
     ImGui::PopID();
   }
@@ -310,7 +314,7 @@ void draw_background(std::string& background) {
     if (ImGui::Selectable("Colour", own.has_value()) && !own) {
       background = text_of(render::background_named(background)->bottom);
     }
-    ImGui::EndCombo();
+    end_list();
   }
   if (!own) return;
   std::array<float, 3> channels{own->red, own->green, own->blue};

@@ -134,7 +134,7 @@ bool draw_tool_button(Studio& studio, const StudioTool& tool, const Gui& gui, Im
   if (ImGui::IsItemHovered()) draw_tip(studio, tool, gui);
   draw_icon(tool, {corner.x + 0.5F * size.y, corner.y + 0.5F * size.y}, 0.34F * size.y);
   if (has_name) {
-    const ImVec2 at{corner.x + 1.05F * size.y, corner.y + 0.5F * (size.y - ImGui::GetFontSize())};
+    const ImVec2 at{corner.x + 0.95F * size.y, corner.y + 0.5F * (size.y - ImGui::GetFontSize())};
     ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), tool.name.c_str());
   }
   ImGui::PopID();
@@ -240,7 +240,8 @@ void draw_hand_mirrors(Studio& studio) {
     ImGui::SameLine(0, (i == 0 ? 6 : 2) * ImGui::GetFontSize() / 15);
     const bool is_on = settings.mirror[i];
     if (is_on) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
-    if (ImGui::Button(std::array{"X##mirror", "Y##mirror", "Z##mirror"}[i])) settings.mirror[i] = !is_on;
+    const char* const label = std::array{"X##mirror", "Y##mirror", "Z##mirror"}[i];
+    if (ImGui::Button(label, {is_touched() ? 1.3F * ImGui::GetFrameHeight() : 0, 0})) settings.mirror[i] = !is_on;
     if (is_on) ImGui::PopStyleColor();
     help_on_hover(std::array{"mirrors everything in the plane x = 0 (Alt+X)",
                              "mirrors everything in the plane y = 0 (Alt+Y)",
@@ -350,19 +351,24 @@ void draw_hand_settings(Studio& studio, float width) {
 namespace {
 
 constexpr const char* kToolsPopup = "Choose a tool";
-constexpr int kToolColumns = 3;
+constexpr float kSmallText = 0.85F;
 
-void draw_tools_popup(Studio& studio, const Gui& gui, const Area& bar) {
-  ImGui::SetNextWindowPos({bar.left + kPanelGap * gui.unit(), bar.top}, ImGuiCond_Always, {0, 1});
+void draw_tools_popup(Studio& studio, const Gui& gui, const Layout& layout) {
+  const Area& bar = layout.bottom_bar;
+  const float gap = kPanelGap * gui.unit();
+  ImGui::SetNextWindowPos({bar.left + gap, bar.top}, ImGuiCond_Always, {0, 1});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {bar.width(), bar.top - layout.menu_height});
   if (!ImGui::BeginPopup(kToolsPopup)) return;
-  const float room = std::min(bar.width() - 6 * kPanelGap * gui.unit(), 2.7F * kNameWidth * gui.unit());
-  const ImVec2 size{room / kToolColumns, kTouchSize * gui.unit()};
+  ImGui::SetWindowFontScale(kSmallText);
+  const int columns = layout.is_wide ? 5 : 3;
+  const float room = std::min(bar.width() - 5 * gap, 0.9F * static_cast<float>(columns) * kNameWidth * gui.unit());
+  const ImVec2 size{room / static_cast<float>(columns), kTouchSize * gui.unit()};
   for (const ToolGroup group : kToolGroups) {
     ImGui::TextDisabled("%s", name_of(group));
     int column = 0;
     for (const StudioTool& tool : studio_tools()) {
       if (tool.group != group) continue;
-      if (column++ % kToolColumns != 0) ImGui::SameLine(0, 0);
+      if (column++ % columns != 0) ImGui::SameLine(0, 0);
       if (draw_tool_button(studio, tool, gui, size, true)) ImGui::CloseCurrentPopup();
     }
   }
@@ -376,6 +382,7 @@ bool has_strength(const StudioTool& tool) {
 // The strength of the tool, or what comes nearest to it.
 void draw_strength_of_tool(Studio& studio, float width) {
   const StudioTool& tool = *studio.tools().settings().tool;
+  if (tool.use == ToolUse::print || tool.use == ToolUse::stamp) return draw_mode(studio, width);
   if (!tool.sliders.empty() && tool.use != ToolUse::pull) return draw_hand_amount(studio, tool.sliders.front(), width);
   if (tool.has_inner) return draw_hand_inner(studio, width);
   if (has_mode(studio)) return draw_mode(studio, width);
@@ -387,6 +394,30 @@ bool draw_touch_button(const char* label, float width, float height, bool is_on 
   const bool is_clicked = ImGui::Button(label, {width, height});
   if (is_on) ImGui::PopStyleColor();
   return is_clicked;
+}
+
+// What Ctrl does to the tool, and Shift.
+const char* word_of_ctrl(const StudioTool& tool) {
+  if (tool.use == ToolUse::mask) return "Erase";
+  if (tool.use == ToolUse::smooth) return "Even";
+  if (tool.use == ToolUse::pose) return "Lasso";
+  return has_two_signs(tool.use) ? "Invert" : "Snap";
+}
+
+const char* word_of_shift(const StudioTool& tool) { return tool.use == ToolUse::pose ? "Select" : "Smooth"; }
+
+// A button that holds a key, with what the key does.
+void draw_held_key(const char* key, const char* word, ImVec2 size, bool& is_held) {
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  if (draw_touch_button((std::string("##") + key).c_str(), size.x, size.y, is_held)) is_held = !is_held;
+  const float font = kSmallText * ImGui::GetFontSize();
+  float y = corner.y + 0.5F * size.y - 1.1F * font;
+  for (const char* line : {word, key}) {
+    const float x = corner.x + 0.5F * (size.x - kSmallText * ImGui::CalcTextSize(line).x);
+    ImGui::GetWindowDrawList()->AddText(nullptr, font, {x, y}, ImGui::GetColorU32(ImGuiCol_Text), line);
+    y += 1.2F * font;
+  }
+  ImGui::SameLine();
 }
 
 void draw_touch_buttons(Studio& studio, const Gui& gui, float width, CompactBar& bar) {
@@ -402,10 +433,9 @@ void draw_touch_buttons(Studio& studio, const Gui& gui, float width, CompactBar&
   ImGui::SameLine();
   if (draw_touch_button("Redo", each, height)) studio.perform(Action::redo);
   ImGui::SameLine();
-  if (draw_touch_button("Ctrl", each, height, bar.held.ctrl)) bar.held.ctrl = !bar.held.ctrl;
-  ImGui::SameLine();
-  if (draw_touch_button("Shift", each, height, bar.held.shift)) bar.held.shift = !bar.held.shift;
-  ImGui::SameLine();
+  const StudioTool& tool = *studio.tools().settings().tool;
+  draw_held_key("Ctrl", word_of_ctrl(tool), {each, height}, bar.held.ctrl);
+  draw_held_key("Shift", word_of_shift(tool), {each, height}, bar.held.shift);
   if (draw_touch_button("More", each, height, bar.is_side_open)) bar.is_side_open = !bar.is_side_open;
 }
 
@@ -421,18 +451,20 @@ void draw_bottom_bar(Studio& studio, const Gui& gui, const Layout& layout, Compa
   if (ImGui::Begin("Bottom bar", nullptr, kBar)) {
     const float spacing = ImGui::GetStyle().ItemSpacing.x;
     const float room = area.width() - 2 * gap;
+    const float for_sliders = layout.is_wide ? 0.5F * (room - spacing) : room;
     // Sliders as high as a finger is wide.
     const float tall = 0.5F * (kTouchSize * gui.unit() - ImGui::GetFontSize());
     ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {ImGui::GetStyle().FramePadding.x, tall});
     const bool has_one = has_radius(studio.tools().settings());
     const bool has_other = has_strength(*studio.tools().settings().tool);
-    const float half = has_one && has_other ? 0.5F * (room - spacing) : room;
+    const float half = has_one && has_other ? 0.5F * (for_sliders - spacing) : for_sliders;
     if (has_one) draw_hand_radius(studio, half);
     if (has_one && has_other) ImGui::SameLine();
     if (has_other) draw_strength_of_tool(studio, half);
     ImGui::PopStyleVar();
-    draw_touch_buttons(studio, gui, room, bar);
-    draw_tools_popup(studio, gui, area);
+    if (layout.is_wide) ImGui::SameLine(gap + for_sliders + spacing);
+    draw_touch_buttons(studio, gui, layout.is_wide ? for_sliders : room, bar);
+    draw_tools_popup(studio, gui, layout);
   }
   ImGui::End();
   ImGui::PopStyleVar(2);

@@ -488,13 +488,13 @@ TEST_F(ToolBarTest, CtrlAndShiftStayUntilTheyAreTappedAgain) {
     return panels.studio.document().shown().history.back()->strokes.front().stroke;
   };
   EXPECT_LT(std::get<PaintStroke>(stroke()).depth, 0);
-  ASSERT_TRUE(panels.click_item("Bottom bar", "Ctrl"));
+  ASSERT_TRUE(panels.click_item("Bottom bar", "##Ctrl"));
   EXPECT_GT(std::get<PaintStroke>(stroke()).depth, 0) << "pressed in";
   EXPECT_GT(std::get<PaintStroke>(stroke()).depth, 0) << "it stays";
-  ASSERT_TRUE(panels.click_item("Bottom bar", "Ctrl"));
-  ASSERT_TRUE(panels.click_item("Bottom bar", "Shift"));
+  ASSERT_TRUE(panels.click_item("Bottom bar", "##Ctrl"));
+  ASSERT_TRUE(panels.click_item("Bottom bar", "##Shift"));
   EXPECT_TRUE(std::holds_alternative<RelaxStroke>(stroke()));
-  ASSERT_TRUE(panels.click_item("Bottom bar", "Shift"));
+  ASSERT_TRUE(panels.click_item("Bottom bar", "##Shift"));
   EXPECT_LT(std::get<PaintStroke>(stroke()).depth, 0);
 }
 

@@ -68,6 +68,7 @@ bool draw_recent_files(Studio& studio, Dialogs& dialogs) {
   const std::vector<std::filesystem::path>& recent = studio.document().recent();
   if (recent.empty()) return false;
   ImGui::TextDisabled("Recent");
+  begin_rows();
   bool is_chosen = false;
   for (std::size_t i = 0; i < std::min(recent.size(), kRecentShown); ++i) {
     const std::filesystem::path path = recent[i];
@@ -79,6 +80,7 @@ bool draw_recent_files(Studio& studio, Dialogs& dialogs) {
     help_on_hover(path.string().c_str());
     ImGui::PopID();
   }
+  end_rows();
   return is_chosen;
 }
 
@@ -105,6 +107,7 @@ struct TourStep {
   const char* title;
   const char* text;
   Area (*place)(const Layout&);
+  const char* by_touch = nullptr;  // the text where fingers press, if it is another one
 };
 
 Area middle_of_picture(const Layout& layout) {
@@ -133,11 +136,15 @@ Area place_of_menus(const Layout& layout) { return {0, 0, layout.free.right, lay
 
 constexpr std::array kTour{
     TourStep{"Pull", "Drag on the shape: the surface follows the pointer.", middle_of_picture},
-    TourStep{"Look around", "Drag beside the shape to turn it; the wheel zooms.", edge_of_picture},
+    TourStep{"Look around", "Drag beside the shape to turn it; the wheel zooms.", edge_of_picture,
+             "Drag beside the shape to turn it. Two fingers turn and zoom, three move it."},
     TourStep{"Tools", "Choose another tool here; each colour is one kind of work.", place_of_tools},
-    TourStep{"Settings", "Set radius, strength, falloff and mirror here, or with a right click.", place_of_settings},
-    TourStep{"History", "Every drag is a line here that you can change later.", place_of_history},
-    TourStep{"Save", "Save with Ctrl+S; after a crash Studio offers your work again.", place_of_menus}};
+    TourStep{"Settings", "Set radius, strength, falloff and mirror here, or with a right click.", place_of_settings,
+             "Set radius and strength here. More opens mirror, falloff and everything else."},
+    TourStep{"History", "Every drag is a line here that you can change later.", place_of_history,
+             "More shows the history, too: every drag is a line that you can change later."},
+    TourStep{"Save", "Save with Ctrl+S; after a crash Studio offers your work again.", place_of_menus,
+             "Save and export with the menu File. If the page closes, it offers your work again."}};
 
 constexpr float kCardWidth = 300;  // points
 
@@ -212,7 +219,7 @@ void draw_tour(Studio& studio, Welcome& welcome, const Gui& gui, const Layout& l
     Gui::begin_heading();
     ImGui::TextUnformatted(step.title);
     Gui::end_heading();
-    ImGui::TextWrapped("%s", step.text);
+    ImGui::TextWrapped("%s", is_touched() && step.by_touch != nullptr ? step.by_touch : step.text);
     ImGui::AlignTextToFramePadding();
     ImGui::TextDisabled("%s", fmt::format("{} of {}", *welcome.tour + 1, kTour.size()).c_str());
     ImGui::SameLine();

@@ -18,6 +18,21 @@ namespace knead::studio {
 inline const ImVec4 kWarning{0.95F, 0.72F, 0.35F, 1};
 inline const ImVec4 kError{0.96F, 0.50F, 0.44F, 1};
 
+// Whether fingers press (Gui::set_touch).
+inline bool is_touched() { return ImGui::GetStyle().TouchExtraPadding.y > 0; }
+
+// Between these two, rows of lists and menus are as high as a finger.
+inline void begin_rows() {
+  const ImVec2 spacing = ImGui::GetStyle().ItemSpacing;
+  const float gap = is_touched() ? ImGui::GetFrameHeight() - ImGui::GetFontSize() : spacing.y;
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {spacing.x, gap});
+}
+
+inline void end_rows() { ImGui::PopStyleVar(); }
+
+// A button within a text; as high as others where fingers press.
+inline bool small_button(const char* label) { return is_touched() ? ImGui::Button(label) : ImGui::SmallButton(label); }
+
 struct Limits {
   double least;
   double most;
@@ -183,12 +198,19 @@ inline bool type_number(const char* label, double& value, Limits limits, const c
 }
 
 // Begins a list that folds out, with its name and what is chosen in it, as sliders have them. A label that begins with
-// "##" has no name.
+// "##" has no name. Call end_list() if it is open.
 inline bool begin_list(const char* label, const std::string& chosen, float width = -1) {
   const bool has_name = label[0] != '#';
   ImGui::SetNextItemWidth(width);
-  return ImGui::BeginCombo((has_name ? std::string("##") + label : label).c_str(),
-                           (has_name ? fmt::format("{}: {}", label, chosen) : chosen).c_str());
+  const bool is_open = ImGui::BeginCombo((has_name ? std::string("##") + label : label).c_str(),
+                                         (has_name ? fmt::format("{}: {}", label, chosen) : chosen).c_str());
+  if (is_open) begin_rows();
+  return is_open;
+}
+
+inline void end_list() {
+  end_rows();
+  ImGui::EndCombo();
 }
 
 // One of several. name(value) gives what a person reads.
@@ -201,7 +223,7 @@ bool choose_one(const char* label, T& value, const Values& values, const Name& n
     changed = each != value;
     value = each;
   }
-  ImGui::EndCombo();
+  end_list();
   return changed;
 }
 

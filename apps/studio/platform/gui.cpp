@@ -2,9 +2,11 @@
 #include "platform/gui.h"
 
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -133,9 +135,17 @@ void set_colours(ImGuiStyle& style) {
   colours[ImGuiCol_PlotHistogram] = accent;
 }
 
-void set_style(float unit) {
-  ImGui::StyleColorsDark();
+// Rows of 37 points, which take a touch up to 3 points beside them.
+void set_style_for_fingers(ImGuiStyle& style) {
+  style.FramePadding = {9, 11};
+  style.TouchExtraPadding = {2, 3};
+  style.ScrollbarSize = 16;
+  style.SelectableTextAlign = {0, 0.5F};
+}
+
+void set_style(float unit, bool is_touch) {
   ImGuiStyle& style = ImGui::GetStyle();
+  style = {};
   set_colours(style);
   style.WindowRounding = 5;
   style.FrameRounding = 4;
@@ -148,6 +158,7 @@ void set_style(float unit) {
   style.WindowBorderSize = 1;
   style.ScrollbarSize = 13;
   style.WindowTitleAlign = {0.02F, 0.5F};
+  if (is_touch) set_style_for_fingers(style);
   style.ScaleAllSizes(unit);
 }
 
@@ -162,7 +173,7 @@ Gui::Gui(double unit) : unit_(static_cast<float>(unit)) {
   ImGui::GetIO().ConfigInputTrickleEventQueue =
       false;  // a window tells it what one frame may have, and draws no more frames
 #endif
-  set_style(unit_);
+  set_style(unit_, is_touch_);
   load_font(kTextHeight * unit_);
   load_font(kHeadingHeight * unit_);
   balls_ = load_balls(static_cast<int>(std::round(kTextHeight * unit_)));
@@ -194,6 +205,27 @@ void Gui::begin_frame(const std::vector<Event>& events) {
 }
 
 void Gui::end_frame() { ImGui::Render(); }
+
+void Gui::set_touch(bool is_touch) {
+  if (std::exchange(is_touch_, is_touch) != is_touch) set_style(unit_, is_touch);
+}
+
+bool Gui::scroll(double x, double y, double by) {
+  const ImVec2 at{static_cast<float>(x), static_cast<float>(y)};
+  const ImVector<ImGuiWindow*>& windows = ImGui::GetCurrentContext()->Windows;  // the last is in front
+  for (int i = windows.Size - 1; i >= 0; --i) {
+    ImGuiWindow* window = windows[i];
+    const bool is_there = window->WasActive && !window->Hidden && window->OuterRectClipped.Contains(at);
+    if (!is_there || (window->Flags & ImGuiWindowFlags_NoMouseInputs) != 0) continue;
+    while (window->ScrollMax.y <= 0 && (window->Flags & ImGuiWindowFlags_ChildWindow) != 0) {
+      window = window->ParentWindow;
+    }
+    const float from = window->ScrollTarget.y < FLT_MAX ? window->ScrollTarget.y : window->Scroll.y;
+    if (by != 0) ImGui::SetScrollY(window, std::clamp(from - static_cast<float>(by), 0.0F, window->ScrollMax.y));
+    return window->ScrollMax.y > 0;
+  }
+  return false;
+}
 
 float Gui::bar_height() const { return std::round(kTextHeight * unit_) + 2 * ImGui::GetStyle().FramePadding.y; }
 

@@ -53,6 +53,13 @@ class Gui {
   // Pixels for one point of the design; texts are 15 points high.
   float unit() const { return unit_; }
 
+  // Says whether fingers press, for which rows and buttons are higher.
+  void set_touch(bool is_touch);
+  bool is_touch() const { return is_touch_; }
+
+  // Scrolls the panel at a place by so many pixels, as a finger drags it. Returns whether it scrolls.
+  static bool scroll(double x, double y, double by);
+
   // Height of the menu bar, in pixels; known before the first frame.
   float bar_height() const;
 
@@ -60,6 +67,7 @@ class Gui {
   bool is_for_the_view(const Event& event);
 
   float unit_ = 1;
+  bool is_touch_ = false;
   bool is_menu_open_ = false;
   std::array<int, render::kMatcapCount> balls_{};  // in the font's texture
   std::array<bool, 3> down_{};                     // Dear ImGui's buttons

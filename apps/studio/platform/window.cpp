@@ -424,6 +424,8 @@ double Window::scale() const {
   return std::clamp<double>(std::max(x, y), 0.5, 4);
 }
 
+bool Window::has_touch() const { return false; }
+
 void Window::show() { glfwSwapBuffers(window_); }
 
 // --- Dear ImGui

@@ -105,6 +105,9 @@ class Window {
   // Returns the display's scale of texts, in pixels of the picture; 1 for an ordinary display.
   double scale() const;
 
+  // Returns whether the user points by fingers, mainly.
+  bool has_touch() const;
+
   // Shows what was drawn; waits for the display.
   void show();
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <chrono>
 #include <deque>
 #include <exception>
@@ -58,6 +59,8 @@ struct WindowState {
   int width = 1;
   int height = 1;
   double scale = 1;
+  bool has_touch = false;
+  bool is_lifted = false;  // the finger that pointed last
   PageInput input;
   bool is_closing = false;
 };
@@ -113,6 +116,8 @@ int Window::width() const { return the_state().width; }
 int Window::height() const { return the_state().height; }
 
 double Window::scale() const { return std::clamp(the_state().scale, 0.5, 4.0); }
+
+bool Window::has_touch() const { return the_state().has_touch; }
 
 // The browser shows what was drawn when the step ends.
 void Window::show() {}
@@ -182,6 +187,7 @@ void GuiBackend::begin_frame(const Window& window) {
   ImGuiIO& io = ImGui::GetIO();
   io.DeltaTime = std::clamp(std::chrono::duration<float>(now - std::exchange(last, now)).count(), 1e-4F, 0.5F);
   io.DisplaySize = {static_cast<float>(window.width()), static_cast<float>(window.height())};
+  if (the_state().is_lifted && the_state().events.empty()) io.MousePos = {-FLT_MAX, -FLT_MAX};
   PageInput& input = the_state().input;
   io.MouseWheel += static_cast<float>(std::exchange(input.wheel, 0));
   set_modifiers(input.modifiers);
@@ -205,8 +211,9 @@ using namespace knead::studio;
 extern "C" {
 
 // Places are pixels of the picture; modifiers: shift 1, ctrl 2, alt 4; buttons as MouseButton.
-EMSCRIPTEN_KEEPALIVE void studio_resize(int width, int height, double scale) {
+EMSCRIPTEN_KEEPALIVE void studio_resize(int width, int height, double scale, int has_touch) {
   WindowState& state = the_state();
+  state.has_touch = has_touch != 0;
   if (state.width == width && state.height == height) return;
   state.width = width;
   state.height = height;
@@ -216,6 +223,7 @@ EMSCRIPTEN_KEEPALIVE void studio_resize(int width, int height, double scale) {
 
 EMSCRIPTEN_KEEPALIVE void studio_pointer(double x, double y, double pressure, int modifiers) {
   WindowState& state = the_state();
+  state.is_lifted = false;
   state.input.modifiers = modifiers_of(modifiers);
   const PointerMoved moved{x, y, pressure, modifiers_of(modifiers)};
   if (!state.events.empty() && std::holds_alternative<PointerMoved>(state.events.back())) {
@@ -245,6 +253,15 @@ EMSCRIPTEN_KEEPALIVE void studio_key(const char* name, int down, int modifiers) 
   state.input.keys.push_back({name, down != 0});
   state.events.emplace_back(KeyChanged{name, down != 0, modifiers_of(modifiers)});
 }
+
+// A finger that is lifted points at nothing.
+EMSCRIPTEN_KEEPALIVE void studio_lift() { the_state().is_lifted = true; }
+
+// Returns whether a panel is there that scrolls.
+EMSCRIPTEN_KEEPALIVE int studio_scroll(double x, double y, double by) { return Gui::scroll(x, y, by) ? 1 : 0; }
+
+// Returns whether a text is edited.
+EMSCRIPTEN_KEEPALIVE int studio_wants_text() { return ImGui::GetIO().WantTextInput ? 1 : 0; }
 
 EMSCRIPTEN_KEEPALIVE void studio_text(unsigned code_point) { the_state().input.text.push_back(code_point); }
 
@@ -301,6 +318,9 @@ void step() {
 }
 
 }  // namespace
+
+// Draws a picture at once.
+extern "C" EMSCRIPTEN_KEEPALIVE void studio_step() { step(); }
 
 int main() {
   guarded([] {
