@@ -1,4 +1,5 @@
 // Pointer, touch and keys of the page, as calls of Studio's functions (apps/studio/platform/web/window.cpp).
+import { ScreenKeyboard } from './keyboard.js';
 
 const codes = {
   BracketLeft: '[', BracketRight: ']', Comma: ',', Period: '.', Slash: '/', Semicolon: ';', Quote: "'", Backquote: '`',
@@ -32,6 +33,7 @@ const ctrl = 2;
 const doublePress = { ms: 400, pixels: 6 };
 const touchSlop = 6; // CSS pixels: a finger that has moved less may still become one of two
 const touchWait = 130; // ms
+const doubleTap = { ms: 400, pixels: 24 };
 const tapTime = 350; // ms from the first finger's press to the last one's release
 const zoomOfStep = 1.15; // of Studio's wheel
 
@@ -39,6 +41,7 @@ export class Input {
   constructor(module, canvas) {
     this.module = module;
     this.canvas = canvas;
+    this.keyboard = new ScreenKeyboard(module, canvas, (name, down) => this.sendKey(name, down, 0));
     this.fingers = new Map();
     this.first = null; // the finger that holds the left button: where it pressed, how far it has moved
     this.scale = 1;
@@ -68,6 +71,7 @@ export class Input {
   }
 
   key(event, down) {
+    if (this.keyboard.takes(event)) return;
     const name = keyName(event);
     if (name !== '') this.sendKey(name, down, modifiersOf(event));
     const isText = event.key.length === 1 && !event.ctrlKey && !event.metaKey;
@@ -87,15 +91,15 @@ export class Input {
 
   isSecondPress(event, x, y) {
     const last = this.lastPress;
-    const isDouble =
-      last && event.timeStamp - last.time < doublePress.ms && Math.hypot(x - last.x, y - last.y) < doublePress.pixels * this.scale;
+    const { ms, pixels } = event.pointerType === 'touch' ? doubleTap : doublePress;
+    const isDouble = last && event.timeStamp - last.time < ms && Math.hypot(x - last.x, y - last.y) < pixels * this.scale;
     this.lastPress = isDouble ? null : { time: event.timeStamp, x, y };
     return Boolean(isDouble);
   }
 
   pointerDown(event) {
     event.preventDefault();
-    this.canvas.focus();
+    if (event.pointerType !== 'touch') this.canvas.focus();
     try {
       this.canvas.setPointerCapture(event.pointerId);
     } catch {
@@ -124,9 +128,10 @@ export class Input {
     return event.pointerType === 'pen' && event.pressure > 0 ? event.pressure : 1;
   }
 
-  // One finger is the left button. Two orbit and pinch, three pan; a tap of two undoes, of three redoes. The press of a first finger waits a moment: if a
-  // second one comes, Studio never gets it. If the second one comes later, Studio gives up what the first has begun,
-  // unless it has moved.
+  // One finger is the left button. Two orbit and pinch, three pan; a tap of two undoes, of three redoes. The press of a
+  // first finger waits a moment: if a second one comes, Studio never gets it. If the second one comes later, Studio
+  // gives up what the first has begun, unless it has moved. On a panel that scrolls, the press waits until the finger
+  // moves, upwards or downwards to scroll, or is lifted.
   fingerDown(event) {
     const [x, y] = this.place(event);
     this.fingers.set(event.pointerId, { x, y, x0: x, y0: y });
@@ -135,7 +140,8 @@ export class Input {
     if (this.fingers.size === 1) {
       this.move(x, y, 1, modifiersOf(event));
       const first = { x, y, isDouble: this.isSecondPress(event, x, y), modifiers: modifiersOf(event) };
-      this.waiting = { ...first, timer: setTimeout(() => this.sendFirst(), touchWait) };
+      const scrolls = this.module._studio_scroll(x, y, 0) !== 0;
+      this.waiting = { ...first, scrolls, timer: scrolls ? 0 : setTimeout(() => this.sendFirst(), touchWait) };
     } else if (!this.first || this.giveUpFirst()) {
       this.dropWaiting();
       this.endView();
@@ -195,11 +201,27 @@ export class Input {
     [finger.x, finger.y] = this.place(event);
     if (Math.hypot(finger.x - finger.x0, finger.y - finger.y0) > touchSlop * this.scale) this.tap.isStill = false;
     if (this.view) return this.moveView();
+    if (this.scrolled) return this.scroll(finger.y);
     const waiting = this.waiting;
-    if (waiting && Math.hypot(finger.x - waiting.x, finger.y - waiting.y) > touchSlop * this.scale) this.sendFirst();
+    if (waiting && Math.hypot(finger.x - waiting.x, finger.y - waiting.y) > touchSlop * this.scale) {
+      if (waiting.scrolls && Math.abs(finger.y - waiting.y) > Math.abs(finger.x - waiting.x)) return this.beginScroll(finger.y);
+      this.sendFirst();
+    }
     if (!this.first) return;
     this.first.moved = Math.max(this.first.moved, Math.hypot(finger.x - this.first.x, finger.y - this.first.y));
     this.move(finger.x, finger.y, 1, modifiersOf(event));
+  }
+
+  beginScroll(y) {
+    this.scrolled = { x: this.waiting.x, y: this.waiting.y, last: this.waiting.y };
+    this.dropWaiting();
+    this.scroll(y);
+  }
+
+  scroll(y) {
+    this.move(this.scrolled.x, this.scrolled.y, 1, 0);
+    this.module._studio_scroll(this.scrolled.x, this.scrolled.y, y - this.scrolled.last);
+    this.scrolled.last = y;
   }
 
   moveView() {
@@ -222,7 +244,11 @@ export class Input {
       this.first = null;
     }
     if (this.fingers.size < 2) this.endView();
-    if (this.fingers.size === 0 && event.type === 'pointerup') this.endTap(event.timeStamp);
+    if (this.fingers.size > 0) return;
+    this.scrolled = null;
+    this.module._studio_lift();
+    if (this.tap.isStill || this.keyboard.isOpen()) this.keyboard.follow();
+    if (event.type === 'pointerup') this.endTap(event.timeStamp);
   }
 
   endTap(now) {

@@ -126,13 +126,16 @@ async function bring(studio, store, files) {
   if (paths.length > 0) studio.ccall('studio_drop', null, ['string'], [paths.join('\n')]);
 }
 
+// The canvas takes what the bars of the browser and the keyboard of the screen leave.
 function fit(studio) {
   const scale = window.devicePixelRatio || 1;
-  const width = Math.max(1, Math.round(window.innerWidth * scale));
-  const height = Math.max(1, Math.round(window.innerHeight * scale));
+  const seen = window.visualViewport ?? { width: window.innerWidth, height: window.innerHeight, scale: 1 };
+  const [width, height] = [seen.width, seen.height].map((length) => Math.max(1, Math.round(length * seen.scale * scale)));
   if (canvas.width !== width) canvas.width = width;
   if (canvas.height !== height) canvas.height = height;
-  studio._studio_resize(width, height, scale);
+  canvas.style.width = `${width / scale}px`;
+  canvas.style.height = `${height / scale}px`;
+  studio._studio_resize(width, height, scale, window.matchMedia('(pointer: coarse)').matches ? 1 : 0);
   return scale;
 }
 
@@ -169,6 +172,7 @@ function listen(studio, store, state) {
   };
   resize();
   window.addEventListener('resize', resize);
+  window.visualViewport?.addEventListener('resize', resize);
   window.addEventListener('dragover', (event) => event.preventDefault());
   window.addEventListener('drop', (event) => {
     event.preventDefault();
