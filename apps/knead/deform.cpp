@@ -188,7 +188,7 @@ void write_session(const DeformOptions& options, const Session& session) {
   }
 }
 
-Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
+Inputs read_deform_inputs(const DeformOptions& options, ReplayOptions& replay, const Target& target) {
   const bool quiet = options.common.quiet;
   Inputs inputs = read_inputs(options.shape, options.format, source_of(options), quiet, replay.motion.threads);
   check_until(options, inputs.session);
@@ -233,9 +233,11 @@ void run_resolve(const ResolveOptions& options) {
   check_streams({options.shape}, options.format);
   const Inputs inputs =
       read_inputs(options.shape, options.format, {options.session, options.set}, options.common.quiet);
-  require_flows(inputs.session);
+  require_flows(inputs.session, "it cannot be resolved; remove this line, or use the session as it is");
   ReplayOptions replay;
   replay.may_cross = true;  // the shape is not kept
+  if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
+  replay.remesh.face_labels = face_labels(inputs.shape);
   const ReplayResult result =
       replay_watched(inputs.shape.mesh, without_cells(inputs.session), replay, options.common.quiet);
   Session resolved;
@@ -350,7 +352,7 @@ SessionSource source_of(const DeformOptions& options) { return {options.session,
 
 bool says_more(const DeformOptions& options) { return options.common.json || !options.report.empty(); }
 
-void require_flows(const Session& session) {
+void require_flows(const Session& session, std::string_view consequence) {
   if (puts_points_back(session)) {
     throw InvalidInput(
         Place{session.name, 1},
@@ -359,12 +361,11 @@ void require_flows(const Session& session) {
   }
   for (const SessionStroke& stroke : session.strokes) {
     if (is_flow(stroke.stroke)) continue;
-    throw InvalidInput(Place{session.name, stroke.line},
-                       "a relax is no flow, so it cannot be resolved; remove this line, or use the session as it is");
+    throw InvalidInput(Place{session.name, stroke.line}, fmt::format("a relax is no flow, so {}", consequence));
   }
 }
 
-void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
+void resolve_on_own_shape(Session& session, ReplayOptions& options, bool quiet) {
   const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
                                  [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
   const bool has_inverse = std::all_of(session.strokes.begin(), session.strokes.end(),
@@ -376,11 +377,15 @@ void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   own.shape = read_shape(path);
   for (const std::string& other : session.also) own.also.push_back(read_shape(folder / other));
   if (!own.also.empty()) join(own);
-  options.part = {};
-  options.must_follow = false;
-  options.frames = {};
-  options.normals = normals_of_clouds(own);
-  session.strokes = replay_watched(own.mesh(), without_cells(session), options, quiet).resolved;
+  ReplayOptions forwards = options;
+  forwards.part = {};
+  forwards.must_follow = false;
+  forwards.frames = {};
+  forwards.normals = normals_of_clouds(own);
+  std::vector<SessionStroke> resolved = replay_watched(own.mesh(), without_cells(session), forwards, quiet).resolved;
+  std::optional<double>& until = options.part.until;
+  if (until) until = moment_among_resolved(session.strokes, resolved, *until);
+  session.strokes = std::move(resolved);
   if (!quiet) print_message(fmt::format("note: {}: its strokes were resolved on {}", session.name, path.string()));
 }
 

@@ -164,12 +164,12 @@ void print_report(const DeformOptions& options, const std::string& output, const
 // Returns whether crossings are bounded.
 bool bounds_crossings(const std::vector<Bound>& bounds);
 
-// Throws InvalidInput with the line of a stroke that is no flow.
-void require_flows(const Session& session);
+// Throws InvalidInput with the line of a stroke that is no flow: "a relax is no flow, so" and the consequence.
+void require_flows(const Session& session, std::string_view consequence);
 
-// To go backwards, resolves strokes that read the surface on the shapes that they were made on. The replay refuses
-// strokes that have no inverse.
-void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet);
+// To go backwards, resolves strokes that read the surface on the shapes that they were made on, and counts
+// options.part.until in these. The replay refuses strokes that have no inverse.
+void resolve_on_own_shape(Session& session, ReplayOptions& options, bool quiet);
 
 // --- several shapes in one flow: --also
 

@@ -84,13 +84,13 @@ std::vector<PartTarget> targets_together(const DeformOptions& options) {
 }
 
 // Makes strokes that read a surface read that of the first shape. Those of a session that was made on several shapes
-// read all.
-void resolve_on_first(Inputs& inputs, ReplayOptions options, bool quiet) {
+// read all. Counts replay.part.until in the strokes that there are then.
+void resolve_on_first(Inputs& inputs, ReplayOptions& replay, bool quiet) {
   const auto reads = [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); };
-  const std::size_t count = inputs.session.strokes.size();
   const bool reads_one = inputs.session.also.empty() && std::ranges::any_of(inputs.session.strokes, reads);
   if (!reads_one) return;
-  require_flows(inputs.session);
+  require_flows(inputs.session, "other shapes cannot follow it; remove this line, or deform the shape alone");
+  ReplayOptions options = replay;
   options.part = {};
   options.frames = {};
   options.may_cross = true;
@@ -99,11 +99,9 @@ void resolve_on_first(Inputs& inputs, ReplayOptions options, bool quiet) {
   options.remesh.face_labels = face_labels(inputs.shape);
   ReplayResult first = replay_watched(inputs.shape.mesh, without_cells(inputs.session), options, quiet);
   if (!quiet) print_notes(first.shortfalls);
+  std::optional<double>& until = replay.part.until;
+  if (until) until = moment_among_resolved(inputs.session.strokes, first.resolved, *until);
   inputs.session.strokes = std::move(first.resolved);
-  if (inputs.session.strokes.size() != count && options.part.until) {
-    throw UsageError(
-        "--until: strokes of this session read a surface; with --also, make it whole by knead resolve first");
-  }
 }
 
 // One label for each face, if a file has some.
@@ -121,7 +119,7 @@ std::vector<std::uint32_t> labels_together(const Inputs& inputs) {
   return has_labels ? all : std::vector<std::uint32_t>{};
 }
 
-Inputs read_together(const DeformOptions& options, const ReplayOptions& replay) {
+Inputs read_together(const DeformOptions& options, ReplayOptions& replay) {
   const bool quiet = options.common.quiet;
   Inputs inputs = read_inputs(options.shape, {}, source_of(options), quiet);
   if (!inputs.session.walls.empty()) {

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
+#include <numeric>
 #include <optional>
 #include <system_error>
 #include <vector>
@@ -208,6 +209,27 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
     throw QualityError(to_string(Place{session.name, result.failed_line}) + ": " + kStepLimitAdvice);
   }
   if (!quiet) print_notes(result.warnings);
+  return result;
+}
+
+double moment_among_resolved(const std::vector<SessionStroke>& strokes, const std::vector<SessionStroke>& resolved,
+                             double moment) {
+  double result = 0;
+  double share = moment;  // of the current stroke
+  for (auto stroke = strokes.begin(); stroke != strokes.end() && share > 0; ++stroke, --share) {
+    std::vector<double> lengths;  // of its parts, in segments
+    for (const SessionStroke& part : resolved) {
+      if (part.line != stroke->line) continue;
+      const std::vector<Segment> segments = share < 1 ? flow_of(part).segments : std::vector<Segment>{};
+      lengths.push_back(std::accumulate(segments.begin(), segments.end(), 0.0,
+                                        [](double sum, const Segment& segment) { return sum + segment.end; }));
+    }
+    double left = share * std::accumulate(lengths.begin(), lengths.end(), 0.0);
+    for (const double length : lengths) {
+      if (left > 0 || share >= 1) result += share >= 1 ? 1 : std::min(1.0, left / length);
+      left -= length;
+    }
+  }
   return result;
 }
 

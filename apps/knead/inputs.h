@@ -95,6 +95,11 @@ Session without_cells(Session session);
 // result.
 ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet);
 
+// Returns a moment of a session, in strokes, counted in the strokes that it has resolved to instead: each stroke has
+// become those of its line.
+double moment_among_resolved(const std::vector<SessionStroke>& strokes, const std::vector<SessionStroke>& resolved,
+                             double moment);
+
 // Throws QualityError if a stroke fell short of what was asked. What was made has been written.
 void require_reached(const ReplayResult& result);
 

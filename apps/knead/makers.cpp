@@ -75,6 +75,7 @@ std::string option_of(const std::string& quoted, const MakerOptions& options) {
   if (key == "around") return "--radius";
   if (key == "to") return "--along";
   if (key == "point") return "--at";
+  if (key == "displacements") return "--file";
   constexpr std::array<std::string_view, 15> kSame{"mode", "axis",      "from", "fixed",  "keep",
                                                    "text", "font",      "file", "height", "depth",
                                                    "up",   "direction", "bump", "outer",  "flip"};
@@ -106,6 +107,8 @@ void run_stroke(MakerOptions& options, const std::string& stroke) {
     run_deform(options.deform);
   } catch (const QualityLimit& error) {
     throw QualityLimit(in_options(error.what(), options));
+  } catch (const QualityError& error) {
+    throw QualityError(in_options(error.what(), options));
   } catch (const InvalidInput& error) {
     throw InvalidInput(in_options(error.what(), options));
   }

@@ -32,17 +32,11 @@ void check_strokes(const PanelOptions& options, const Session& session) {
   }
 }
 
-// A part of a resolved stroke; it reads no surface.
-struct PlayedPart {
-  SessionStroke stroke;
-  double segments = 0;  // as far as its strength applies them
-};
-
-// A resolved stroke: its parts, their segments, and the shape of a stamp.
+// A resolved stroke: its parts, which read no surface, their segments, and the shape of a stamp.
 struct PlayedStroke {
-  std::vector<PlayedPart> parts;
+  std::vector<SessionStroke> parts;
   Flow flow;
-  double segments = 0;
+  double segments = 0;  // as far as the strength applies them
   std::optional<render::StampTool> stamp;
 };
 
@@ -63,8 +57,10 @@ std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
   const Session& session = inputs.session;
   const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
                                  [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
+  ReplayOptions options;
+  if (inputs.shape.mesh.face_count() == 0) options.normals = vertex_normals_of(inputs.shape);
   const std::vector<SessionStroke> resolved =
-      reads ? replay_watched(inputs.shape.mesh, without_cells(session), {}, quiet).resolved : session.strokes;
+      reads ? replay_watched(inputs.shape.mesh, without_cells(session), options, quiet).resolved : session.strokes;
   std::vector<PlayedStroke> played;
   for (const SessionStroke& stroke : session.strokes) {
     PlayedStroke& result = played.emplace_back();
@@ -72,8 +68,8 @@ std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
       if (part.line != stroke.line) continue;
       const Flow flow = flow_of(part);
       result.flow.segments.insert(result.flow.segments.end(), flow.segments.begin(), flow.segments.end());
-      result.parts.push_back({part, length_of(flow)});
-      result.segments += result.parts.back().segments;
+      result.parts.push_back(part);
+      result.segments += length_of(flow);
     }
     if (!is_applied(stroke) || !std::holds_alternative<StampStroke>(stroke.stroke)) continue;
     const Stroke whole = stroke.strength > 1 ? prolonged(stroke.stroke, stroke.strength) : stroke.stroke;
@@ -85,20 +81,6 @@ std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
 // Returns the moment within the current stroke, counted in its segments.
 double segments_at(const PlayedStroke& stroke, double moment) {
   return (moment - std::floor(moment)) * stroke.segments;
-}
-
-// Returns a moment of the session, counted in parts instead of strokes.
-double parts_at(const std::vector<PlayedStroke>& played, double moment) {
-  const auto index = static_cast<std::size_t>(moment);
-  double parts = 0;
-  for (std::size_t i = 0; i < index; ++i) parts += static_cast<double>(played[i].parts.size());
-  if (index >= played.size()) return parts;
-  double left = segments_at(played[index], moment);
-  for (const PlayedPart& part : played[index].parts) {
-    if (left > 0) parts += std::min(1.0, left / part.segments);
-    left -= part.segments;
-  }
-  return parts;
 }
 
 // Returns the tools that are drawn with their whole paths.
@@ -143,14 +125,14 @@ std::vector<Panel> panels_of_session(const PanelOptions& options, const Session&
   if (!remeshed) {
     inputs.session.strokes.clear();
     for (const PlayedStroke& stroke : played) {
-      for (const PlayedPart& part : stroke.parts) inputs.session.strokes.push_back(part.stroke);
+      for (const SessionStroke& part : stroke.parts) inputs.session.strokes.push_back(part);
     }
   }
   std::vector<Panel> panels;
   for (const double moment : options.moments) {
     ReplayOptions replay;
     replay.may_cross = true;  // a picture shows it
-    replay.part.until = remeshed ? moment : parts_at(played, moment);
+    replay.part.until = remeshed ? moment : moment_among_resolved(session.strokes, inputs.session.strokes, moment);
     const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.quiet);
     if (!options.quiet) print_notes(result.shortfalls);
     Panel& panel = panels.emplace_back(Panel{result.shape.to_mesh(), {}});

@@ -197,6 +197,7 @@ FilmRequest film_of_session(const RenderOptions& options, PictureRequest& reques
   const auto inputs = std::make_shared<Inputs>(read_inputs(options.panels.shapes.front(), options.panels.format,
                                                            {options.panels.session}, options.common.quiet));
   ReplayOptions replay;
+  if (inputs->shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs->shape);
   replay.may_cross = true;  // a picture shows it
   replay.frames = frame_options(options.frames);
   replay.frames.deliver = [&](const ReplayFrame& frame) {

@@ -95,13 +95,12 @@ struct Bricks {
   }
 };
 
-// Returns the bricks of the points and two more on every side: one that points can mask, and one that is free.
-Bricks bricks_around(std::span<const Vec3d> points, double width) {
-  const Box box = bounding_box(points);
+// Finds the bricks of the box and two more on every side: one that points can mask, and one that is free. Returns their
+// number, with which the counts may be too large to be right.
+double size_around(const Box& box, double width, Bricks& bricks) {
   const double spacing = width / kCellsPerWidth;
   const Index low = cell_of(box.min, spacing);
   const Index high = cell_of(box.max, spacing);
-  Bricks bricks;
   double size = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     bricks.first[axis] = floor_of_eighth(low[axis]) - 2;
@@ -109,11 +108,20 @@ Bricks bricks_around(std::span<const Vec3d> points, double width) {
     size *= static_cast<double>(count);
     bricks.count[axis] = static_cast<int>(std::min<std::int64_t>(count, 1 << 24));
   }
-  if (size > kMaxBricks) {
-    throw InvalidInput(fmt::format("\"width\" must be at least {:.2g} for masked points that lie {:.3g} apart, got {}",
-                                   width * elementary::cbrt(size / kMaxBricks), box.diagonal(), width));
+  return size;
+}
+
+Bricks bricks_around(std::span<const Vec3d> points, double width) {
+  const Box box = bounding_box(points);
+  Bricks bricks;
+  if (size_around(box, width, bricks) <= kMaxBricks) return bricks;
+  double enough = width;
+  while (size_around(box, enough, bricks) > kMaxBricks) {  // the next number of two digits
+    const double scale = elementary::power_of_ten(1 - elementary::decimal_exponent(enough));
+    enough = (std::floor(enough * scale * (1 + 1e-9)) + 1) / scale;
   }
-  return bricks;
+  throw InvalidInput(fmt::format("\"width\" must be at least {:.2g} for masked points that lie {:.3g} apart, got {}",
+                                 enough, box.diagonal(), width));
 }
 
 // The masking of cells, in the bricks with masked points.

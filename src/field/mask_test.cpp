@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "field/mask_grid.h"
 #include "knead/error.h"
@@ -222,6 +223,24 @@ TEST(Mask, RefusesWhatMakesNone) {
   const std::vector<Vec3d> apart{{0, 0, 0}, {1, 1, 1}};
   EXPECT_THROW(Mask(apart, {}, 1e-3), InvalidInput);
   EXPECT_NO_THROW(Mask(apart, {}, 3e-2));
+}
+
+TEST(Mask, NamesAWidthThatWorks) {
+  for (const double length : {1.0, 100.0, 3000.0, 77777.0}) {
+    const std::vector<Vec3d> apart{{0, 0, 0}, {length, 1, 1}};
+    for (const double width : {1e-3, 1e-6}) {
+      try {
+        Mask(apart, {}, width);
+        FAIL() << length;
+      } catch (const InvalidInput& error) {
+        const std::string message = error.what();
+        const std::string words = "at least ";
+        const std::size_t at = message.find(words);
+        ASSERT_NE(at, std::string::npos) << message;
+        EXPECT_NO_THROW(Mask(apart, {}, std::stod(message.substr(at + words.size())))) << message;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <tuple>
 #include <unordered_map>
@@ -26,9 +27,9 @@ constexpr double kMinInsideFraction = 0.5;  // of the volume; a surface with les
 constexpr double kMaxLatticePoints = 3e7;
 constexpr std::size_t kMaxEdgeSamples = 64;
 
-double signed_volume(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+// That of an open surface is what its border and `origin` close.
+double signed_volume(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Vec3d& origin) {
   double sum = 0;
-  const Vec3d& origin = positions[triangles.front()[0]];
   for (const Triangle& t : triangles) {
     sum += dot(positions[t[0]] - origin, cross(positions[t[1]] - origin, positions[t[2]] - origin));
   }
@@ -246,10 +247,15 @@ std::vector<Triangle> triangles_near(std::span<const Vec3d> positions, std::span
 BodyPoints points_within(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                          const BodyPointsOptions& options) {
   BodyPoints result;
-  result.points = InsideLattice(positions, triangles, options.most_spacing, options.within).inside(options.threads);
-  result.inside = result.points.size();
-  const std::vector<Triangle> near = triangles_near(positions, triangles, *options.within);
-  std::vector<Vec3d> on_surface = surface_points(positions, near, options.most_spacing);
+  std::vector<Vec3d> on_surface;
+  if (triangles.empty()) {
+    std::copy_if(positions.begin(), positions.end(), std::back_inserter(on_surface),
+                 [&](const Vec3d& p) { return contains(*options.within, p); });
+  } else {
+    result.points = InsideLattice(positions, triangles, options.most_spacing, options.within).inside(options.threads);
+    result.inside = result.points.size();
+    on_surface = surface_points(positions, triangles_near(positions, triangles, *options.within), options.most_spacing);
+  }
   for (const std::uint32_t i : points_apart(on_surface, options.most_spacing)) result.points.push_back(on_surface[i]);
   return result;
 }
@@ -260,11 +266,11 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
                        const BodyPointsOptions& options) {
   if (options.within) return points_within(positions, triangles, options);
   if (triangles.empty()) return shell_of(positions, triangles, options);
-  const double volume = std::abs(signed_volume(positions, triangles));
   Box box;
   for (const Triangle& t : triangles) {
     for (const std::uint32_t v : t) box.extend(positions[v]);
   }
+  const double volume = std::abs(signed_volume(positions, triangles, box.center()));
   double spacing = elementary::cbrt(volume / static_cast<double>(options.inside));
   if (options.most_spacing > 0) spacing = std::min(spacing, options.most_spacing);
   const Vec3d extent = box.max - box.min;

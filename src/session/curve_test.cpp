@@ -95,6 +95,22 @@ TEST(Curve, ABarBecomesAnArc) {
   }
 }
 
+// Slices across the line that hold a point or two have no normal, and so meet none.
+TEST(Curve, FewPointsFollowALine) {
+  for (const std::uint32_t count : {20U, 100U, 300U}) {
+    Mesh cloud;
+    for (std::uint32_t i = 0; i < count; ++i) {  // on a sphere, by the golden angle
+      const double z = 1 - 2 * (i + 0.5) / count;
+      const double r = std::sqrt(1 - z * z);
+      cloud.positions.push_back({r * std::cos(i * 2.399963), r * std::sin(i * 2.399963), z});
+    }
+    for (const char* stroke : {"longer_by=0.2", "twist_deg=40", "longer_by=0.1 twist_deg=-60"}) {
+      const std::string words = std::string("curve from=0,0.1,-0.3;0,-0.1,0.4 ") + stroke;
+      EXPECT_EQ(refusal_of(cloud, words), "not refused") << count;
+    }
+  }
+}
+
 // A bend by more than 170 degrees of all of a bar needs no solve: its end has turned by exactly the angle, rigidly, and
 // what is before the zone rests. A bar that is too thick for the arc is solved for, or refused.
 TEST(Curve, TakesTheStrongBendOfAllOfAShape) {

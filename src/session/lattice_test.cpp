@@ -178,6 +178,15 @@ TEST(Lattice, AFlowComesNearWhereVolumesAllow) {
 }
 
 // The displacements move the end of a cylinder sidewards and press it, which changes the volume.
+TEST(Lattice, APointCloudFollows) {
+  Mesh cloud;
+  cloud.positions = sphere().positions;
+  const std::vector<Vec3d> wanted = after(cloud, shear(LatticeMode::spline));
+  const double most = greatest_distance(cloud.positions, wanted);
+  EXPECT_GT(most, 0.1);
+  EXPECT_LT(greatest_distance(after(cloud, shear(LatticeMode::volume)), wanted), 0.2 * most);
+}
+
 TEST(Lattice, AFlatEndStaysFlat) {
   const Mesh cylinder = make_shape(ShapeKind::cylinder, 5000);
   const Box box = shape_box(cylinder);

@@ -410,14 +410,16 @@ bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions&
   const std::size_t most = max_splats.value_or(2 * shape.mesh.vertex_count());
   if (most <= shape.mesh.vertex_count()) return false;
   Session resolved = session;
+  SessionPart part = options.part;
   const auto reads = [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); };
   if (std::any_of(session.strokes.begin(), session.strokes.end(), reads)) {
     ReplayOptions plain = options;
     plain.frames = {};
     plain.on_stroke = {};
     resolved.strokes = replay(borrow(shape.mesh), session, plain).resolved;
+    part.until.reset();  // these are others than it counts; those that it leaves out may split more splats
   }
-  const Flow flow = flow_of(resolved, options.part, options.motion.threads);
+  const Flow flow = flow_of(resolved, part, options.motion.threads);
   Splitter splitter(shape.mesh, flow, most, options);
   splitter.run();
   const std::span<const SplatPiece> pieces = splitter.pieces();

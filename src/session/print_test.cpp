@@ -289,6 +289,28 @@ TEST_F(Print, AnyNumberOfThreadsGivesTheSameBits) {
   EXPECT_TRUE(printed(sphere, keys, options).shape.positions() == one.shape.positions());
 }
 
+// On an edge and at a corner several triangles are the nearest one. The bound is that of a push at the plate's edge,
+// which rounding takes in or leaves out.
+TEST_F(Print, TheOrderOfTrianglesDoesNotMatter) {
+  const Mesh before = plate();
+  std::vector<Triangle> triangles = triangulate(before);
+  for (const std::string point : {"[1, 0.6, 0]", "[0.2, 0.6, 0]", "[1.1, 0.1, 0.2]"}) {
+    const std::string keys =
+        R"("file": "bar.pgm", "height": 0.6, "depth": 0.03, "up": [0.2, 0.3, 1], "point": )" + point;
+    const ReplayResult first = printed(before, keys);
+    for (const std::uint32_t seed : {1U, 2U, 3U}) {
+      std::shuffle(triangles.begin(), triangles.end(), std::mt19937(seed));
+      Mesh shuffled;
+      shuffled.positions = before.positions;
+      for (const Triangle& t : triangles) shuffled.add_face(t);
+      const ReplayResult other = printed(shuffled, keys);
+      for (std::size_t i = 0; i < before.positions.size(); ++i) {
+        EXPECT_LT(norm(other.shape.positions()[i] - first.shape.positions()[i]), 1e-5) << point << " " << i;
+      }
+    }
+  }
+}
+
 TEST_F(Print, StrengthScalesTheDepth) {
   const Mesh before = plate();
   for (const double strength : {0.5, 1.5}) {

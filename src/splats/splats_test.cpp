@@ -396,6 +396,27 @@ TEST(Splats, LongOnesAreSplitUntilTheyBend) {
   }
 }
 
+// A stamp that touches nothing resolves to no stroke, so the bend is the second stroke of the session only.
+TEST(Splats, AreSplitWherePartOfASessionThatReadsTheSurfaceIsApplied) {
+  const test::Scratch folder("splats");
+  write_mesh(folder.path() / "tool.ply", make_shape(ShapeKind::sphere, 162));
+  const Session session = parse_session(
+      R"({"knead": 1}
+{"tool": "stamp", "mesh": "tool.ply", "path": [[0, 0, 90], [0, 0, 80]]}
+{"tool": "bend", "center": [0,0,0], "axis": [0,1,0], "normal": [0,0,1], "width": 1, "angle_deg": 70}
+)",
+      (folder.path() / "s.knead").string());
+  const Mesh mesh = random_splats(200, 9);
+  const ShapeFile source = parse_shape(serialize_mesh("ply", mesh, {.double_coordinates = true}), "ply", "source.ply");
+  const std::optional<ShapeFile> whole = split_of(source, session, 3000);
+  ASSERT_TRUE(whole);
+  ReplayOptions options;
+  options.part.until = 2;
+  ShapeFile shape = source;
+  EXPECT_TRUE(split_splats(shape, session, options, 3000));
+  EXPECT_EQ(shape.mesh.positions, whole->mesh.positions);
+}
+
 // The mesh of a split file is what the written file holds: in place or with wider rows, moved or not, split once or
 // twice.
 TEST(Splats, PiecesAreRowsOfTheFile) {

@@ -216,19 +216,46 @@ std::vector<Vec3d> where(std::span<const Vec3d> positions, const std::vector<Rol
   return result;
 }
 
-// Moves the arc to the middle of the bending part; refuses a part that is too thick for it.
-void fit(Arc& arc, const std::vector<Vec3d>& bending) {
+// A zone that is too short for the part that bends in it.
+struct ShortZone {
+  double width = 0;
+  double thickness = 0;     // of the part
+  double angle_deg = 0;     // the greatest for this zone
+  double enough_width = 0;  // for the angle and this part; a wider zone may hold a thicker one
+};
+
+std::optional<ShortZone> short_zone(const BendStroke& stroke, const LiveSurface& surface) {
+  Arc arc(stroke);
+  const std::vector<Vec3d> bending = where(surface.positions, roles_of(stroke, arc, surface), Role::bends);
+  if (bending.empty()) return std::nullopt;
   const double thickness = arc.center_on(bending);
   const double turn = std::abs(arc.angle());
-  if (arc.width() * kMaxBending >= 0.5 * thickness * turn) return;
-  constexpr double kRound = 1.01;  // the numbers are rounded to three digits
-  const double per_arc = kRound / (1 - 2 * kEnd);
-  throw InvalidInput(
-      fmt::format("\"angle_deg\": a zone {:.3g} wide is too short for {:.4g} degrees and a part {:.3g} thick; bend by "
-                  "at most {:.0f} degrees, or make the zone {:.3g} wide or wider",
-                  arc.width() / (1 - 2 * kEnd), turn / kRadiansPerDegree, thickness,
-                  std::floor(2 * arc.width() * kMaxBending / thickness / kRadiansPerDegree),
-                  0.5 * thickness * turn / kMaxBending * per_arc));
+  if (arc.width() * kMaxBending >= 0.5 * thickness * turn) return std::nullopt;
+  constexpr double kRound = 1.011;  // the number is rounded down to three digits
+  return ShortZone{arc.width() / (1 - 2 * kEnd), thickness,
+                   std::floor(2 * arc.width() * kMaxBending / thickness / kRadiansPerDegree),
+                   rounded_down(0.5 * thickness * turn / kMaxBending * kRound / (1 - 2 * kEnd))};
+}
+
+// Returns advice to make the zone so wide that it is not too short; nothing where that leaves nothing to move.
+std::string wider_zone(BendStroke stroke, double width, const LiveSurface& surface) {
+  constexpr int kMaxTries = 8;
+  const Thresholds<double> zone = bend_thresholds(stroke);
+  for (int i = 0; i < kMaxTries; ++i) {
+    const double by = width / (zone.outer - zone.inner);
+    stroke.extent = BendThresholds{zone.inner * by, zone.outer * by};
+    try {
+      if (const std::optional<ShortZone> found = short_zone(stroke, surface)) {
+        width = found->enough_width;
+        continue;
+      }
+      if (where(surface.positions, roles_of(stroke, Arc(stroke), surface), Role::moves).empty()) return {};
+      return fmt::format(", or make the zone {:.3g} wide or wider", width);
+    } catch (const InvalidInput&) {
+      return {};
+    }
+  }
+  return {};
 }
 
 // Returns the problem of the bend. The middle of the zone is free: it follows with the least strain.
@@ -242,7 +269,7 @@ PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int
         "\"width\": no vertex of the shape lies in the zone that would bend; make the zone wider, move \"center\" "
         "into the part, or remesh the shape");
   }
-  fit(arc, bending);
+  arc.center_on(bending);
   PoseProblem problem;
   problem.threads = threads;
   problem.progress = surface.progress;
@@ -314,17 +341,31 @@ double sound_share(const SolvedBend& bend, const LiveSurface& surface, int threa
   return static_cast<double>(sound) / static_cast<double>(count);
 }
 
-// Returns advice to use an angle that was tried, at most this one.
-[[noreturn]] void refuse(BendStroke stroke, double angle, const LiveSurface& surface, int threads) {
+// Refuses a bend, with advice to use an angle that was tried, at most this one. One that needs no body needs no trial.
+[[noreturn]] void refuse(BendStroke stroke, double angle, const LiveSurface& surface, int threads,
+                         const std::string& what, const std::string& or_else) {
   constexpr double kLess = 0.92;
   const double sign = stroke.angle_deg < 0 ? -1 : 1;
   for (; angle >= 1; angle = std::floor(kLess * angle)) {
     stroke.angle_deg = sign * angle;
-    if (!is_spoiled(solved(stroke, surface, threads).result)) break;
+    if (!reads_surface(stroke) || !is_spoiled(solved(stroke, surface, threads).result)) break;
   }
-  const std::string what = "\"angle_deg\": the part would meet itself or the rest; ";
-  if (angle < 1) throw InvalidInput(what + "choose another \"center\", or make the zone wider");
-  throw InvalidInput(fmt::format("{}bend by at most {:.0f} degrees, or make the zone wider", what, sign * angle));
+  if (angle < 1) throw InvalidInput(fmt::format("{}; choose another \"center\"{}", what, or_else));
+  throw InvalidInput(fmt::format("{}; bend by at most {:.0f} degrees{}", what, sign * angle, or_else));
+}
+
+[[noreturn]] void refuse(const BendStroke& stroke, double angle, const LiveSurface& surface, int threads) {
+  refuse(stroke, angle, surface, threads, "\"angle_deg\": the part would meet itself or the rest",
+         ", or make the zone wider");
+}
+
+void require_long_zone(const BendStroke& stroke, const LiveSurface& surface, int threads) {
+  const std::optional<ShortZone> zone = short_zone(stroke, surface);
+  if (!zone) return;
+  refuse(stroke, zone->angle_deg, surface, threads,
+         fmt::format("\"angle_deg\": a zone {:.3g} wide is too short for {:.4g} degrees and a part {:.3g} thick",
+                     zone->width, std::abs(stroke.angle_deg), zone->thickness),
+         wider_zone(stroke, zone->enough_width, surface));
 }
 
 // The surface of a part of few triangles, with vertices in the zone of a bend.
@@ -524,6 +565,7 @@ PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int thread
     surface.positions = split->positions;
     surface.triangles = split->triangles;
   }
+  require_long_zone(stroke, surface, threads);
   constexpr double kFullTurn = 360;  // closes a ring
   constexpr double kMaxTurn = 345;
   if (std::abs(stroke.angle_deg) >= kFullTurn) refuse(stroke, kMaxTurn, surface, threads);

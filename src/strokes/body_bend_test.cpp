@@ -150,6 +150,16 @@ TEST(BodyBend, AShortZoneIsRefusedWithAnAngleThatWorks) {
   EXPECT_NO_THROW(Bent(bar()).bend(bend_of(170, 3.54)));
 }
 
+// A wider zone holds a thicker part, and the angle of a short one may still be too much.
+TEST(BodyBend, AShortZoneOfAWedgeIsRefusedWithNumbersThatWork) {
+  Mesh wedge = bar();
+  for (Vec3d& p : wedge.positions) p.y *= 1 + 0.3 * std::abs(p.x);
+  const std::string message = refusal_of(bend_of(172, 1), wedge);
+  std::smatch match;
+  ASSERT_TRUE(std::regex_search(message, match, std::regex("make the zone ([0-9.]+) wide"))) << message;
+  EXPECT_EQ(refusal_of(bend_of(172, std::stod(match[1])), wedge).find("too short"), std::string::npos) << message;
+}
+
 // Twelve triangles, none with a vertex in the zone.
 TEST(BodyBend, APartOfFewTrianglesBendsToo) {
   Mesh coarse;

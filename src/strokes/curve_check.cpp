@@ -173,8 +173,10 @@ class Body {
         to.normal += cross(to.corners[i] - to.middle, to.corners[(i + 1) % kSides] - to.middle);
         to.radius = std::max(to.radius, norm(to.corners[i] - to.middle));
       }
+      // The normal of a slice that is almost a point or a line would be rounding.
+      constexpr double kThinnest = 1e-9;  // of the curve's length
       const double area = norm(to.normal);
-      if (!(area > 0))
+      if (!(area > kThinnest * curve_.length * to.radius))
         moved.pop_back();
       else
         to.normal = to.normal / area;

@@ -56,6 +56,9 @@ void require_distance_thresholds(double inner, double outer);
 // For the wide falloff: 0 <= inner <= 0.8 bump < bump < outer.
 void require_wide_thresholds(const Thresholds<double>& thresholds);
 
+// Returns the greatest number of three digits that is at most x >= 0: a bound that works as it is printed.
+double rounded_down(double x);
+
 // v / |v| for any finite v but zero, also where |v|^2 overflows or underflows.
 Vec3d unit(const Vec3d& v);
 

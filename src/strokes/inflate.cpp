@@ -189,7 +189,7 @@ class Inflation {
     find_body();
     if (-stroke.volume > kMaxTaken * inside_) {
       throw InvalidInput(fmt::format("\"volume\": at most {:.3g} can be taken away here, got {:.3g}",
-                                     kMaxTaken * inside_, -stroke.volume));
+                                     rounded_down(kMaxTaken * inside_), -stroke.volume));
     }
   }
 

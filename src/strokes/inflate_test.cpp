@@ -156,7 +156,12 @@ TEST(Inflate, RefusesWhatCannotGrow) {
   EXPECT_NE(error_of(sphere, {{{0, 0, 3}}, 0.5, 0.1}).find("nothing of the shape's inside"), std::string::npos);
   EXPECT_NE(error_of(sphere, {{{0, 0, 0}}, 0.5, 0.1}).find("no surface"), std::string::npos);
   EXPECT_NE(error_of(sphere, {{{0, 0, 1}}, 0.5, 0.2}).find("at most"), std::string::npos);
-  EXPECT_NE(error_of(sphere, {{{0, 0, 1}}, 0.5, -0.1}).find("taken away"), std::string::npos);
+  for (const double radius : {0.3, 0.41, 0.5, 0.6}) {
+    const std::string message = error_of(sphere, {{{0, 0, 1}}, radius, -0.5});
+    ASSERT_NE(message.find("taken away"), std::string::npos) << message;
+    const double volume = std::stod(message.substr(message.find("at most ") + 8));
+    EXPECT_EQ(error_of(sphere, {{{0, 0, 1}}, radius, -volume}).find("taken away"), std::string::npos) << message;
+  }
   EXPECT_NE(error_of(sphere, {{}, 0.5, 0.1}).find("\"points\""), std::string::npos);
   EXPECT_EQ(error_of(sphere, {{{0, 0, 1}}, 0.5, 0}), "");
 }

@@ -16,6 +16,7 @@
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/vec.h"
+#include "math/geometry.h"
 #include "strokes/describe.h"
 
 namespace knead {
@@ -51,11 +52,12 @@ std::array<std::optional<double>, 3> planes_of(const Mirror& mirror) {
   return planes;
 }
 
-// Places around a place that a field moves, at which its motion is compared with others.
-void add_places(const Vec3d& anchor, double size, std::vector<Vec3d>& places) {
+// Places around a place that a field moves, at which its motion is compared with others; `directions`: columns of a
+// rotation.
+void add_places(const Vec3d& anchor, double size, std::vector<Vec3d>& places, const Mat3d& directions = {}) {
   for (const Vec3d& by :
        {Vec3d{0.31, 0.17, -0.23}, Vec3d{-0.29, 0.41, 0.13}, Vec3d{0.07, -0.53, 0.37}, Vec3d{-0.11, -0.19, -0.61}}) {
-    places.push_back(anchor + by * size);
+    places.push_back(anchor + directions * (by * size));
   }
 }
 
@@ -170,8 +172,35 @@ Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
   return sum;
 }
 
+// Returns the directions in which places lie about tools without an end, such as a twist: they turn with the tool and
+// its image. About other tools add_overlaps() finds more places, so these are the axes.
+Mat3d directions_about(const Segment& sum) {
+  const std::vector<Field>& own = sum.parts.front().fields;
+  const std::vector<Field>& others = sum.parts.back().fields;
+  if (own.empty() || others.empty()) return {};
+  std::vector<Vec3d> anchors;
+  std::vector<Vec3d> images;
+  const double size = find_anchors(own.front(), anchors);
+  find_anchors(others.front(), images);
+  Vec3d along{0, 0, 0};
+  if (const auto* space = std::get_if<HalfSpace<double>>(&own.front().region)) along = space->normal;
+  if (std::holds_alternative<Handles<double>>(own.front().region)) along = anchors.back() - anchors.front();
+  if (!(norm(along) > 0)) return {};
+  const Vec3d x = normalized(along);
+  Vec3d axis{0, 0, 0};
+  if (const auto* rotation = std::get_if<Rotation<double>>(&own.front().motion)) axis = rotation->axis * size;
+  if (const auto* twist = std::get_if<Twist<double>>(&own.front().motion)) axis = twist->axis * size;
+  Vec3d y = any_orthogonal(x);
+  for (const Vec3d& towards : {axis, images.front() - anchors.front()}) {
+    const Vec3d across = towards - x * dot(x, towards);
+    constexpr double kLeast = 1e-6;  // of the size; a shorter one is rounding
+    if (norm(across) > kLeast * size) y = normalized(across);
+  }
+  return transposed(Mat3d{x, y, cross(x, y)});
+}
+
 // Returns places in and around the tool at a time; those of all images have the same order.
-std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
+std::vector<Vec3d> places_in_tool(const Segment& segment, double time, const Mat3d& directions) {
   std::vector<Vec3d> places;
   for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMaxAnchors + 1) {
     const Field& field = segment.fields[i];
@@ -180,7 +209,9 @@ std::vector<Vec3d> places_in_tool(const Segment& segment, double time) {
     for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMaxAnchors + 1) {
       const Vec3d place = anchors[k] + displacement_of(segment, field) * time;
       places.push_back(place);
-      for (const double reach : {field.thresholds.inner, field.thresholds.bump, size}) add_places(place, reach, places);
+      for (const double reach : {field.thresholds.inner, field.thresholds.bump, size}) {
+        add_places(place, reach, places, directions);
+      }
     }
   }
   return places;
@@ -208,8 +239,9 @@ void add_overlaps(const Segment& sum, std::vector<Vec3d>& places) {
 // Places in the tools of all parts, and between them.
 std::vector<Vec3d> places_in_tools(const Segment& sum, double time) {
   std::vector<Vec3d> places;
+  const Mat3d directions = directions_about(sum);
   for (const Segment& part : sum.parts) {
-    const std::vector<Vec3d> own = places_in_tool(part, time);
+    const std::vector<Vec3d> own = places_in_tool(part, time, directions);
     const std::size_t count = std::min(own.size(), places.size());
     for (std::size_t i = 0; i < count; ++i) places.push_back((own[i] + places[i]) * 0.5);
     places.insert(places.begin(), own.begin(), own.end());

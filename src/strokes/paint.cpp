@@ -167,9 +167,9 @@ void require_pinch(const PaintStroke& stroke) {
   const double most = std::abs(stroke.pinch) * stroke.bump * depth_at(kMaxLift, thresholds_of(stroke));
   if (std::abs(stroke.depth) <= most) return;
   throw InvalidInput(
-      fmt::format("\"depth\" must be a number from -{0:.4g} to {0:.4g} with this \"bump\" and \"pinch\", "
+      fmt::format("\"depth\" must be a number from -{0:.3g} to {0:.3g} with this \"bump\" and \"pinch\", "
                   "got {1}",
-                  most, stroke.depth));
+                  rounded_down(most), stroke.depth));
 }
 
 void validate(const PaintStroke& stroke) {

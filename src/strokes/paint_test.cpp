@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string>
 
 #include "knead/error.h"
 #include "knead/flow.h"
@@ -288,6 +289,23 @@ TEST(Paint, APinchThatCannotBeIsRefused) {
   EXPECT_THROW(validate(Stroke(pinching(0.2, 0.5, 0.06))), InvalidInput) << "deeper than its centre can take it";
   EXPECT_THROW(validate(Stroke(pinching(0.2, 0, 0))), InvalidInput);
   EXPECT_THROW(validate(Stroke(pinching(0.2, 9, 0))), InvalidInput);
+}
+
+TEST(Paint, ThePinchNamesADepthThatWorks) {
+  for (const double bump : {0.07, 0.11, 0.2, 0.31, 4.7}) {
+    for (const double pinch : {0.3, -0.7, 1.3}) {
+      try {
+        validate(Stroke(pinching(bump, pinch, 9)));
+        FAIL() << bump;
+      } catch (const InvalidInput& error) {
+        const std::string message = error.what();
+        const double depth = std::stod(message.substr(message.find(" to ") + 4));
+        EXPECT_NO_THROW(validate(Stroke(pinching(bump, pinch, depth)))) << message;
+        EXPECT_NO_THROW(validate(Stroke(pinching(bump, pinch, -depth)))) << message;
+        EXPECT_THROW(validate(Stroke(pinching(bump, pinch, 1.01 * depth))), InvalidInput) << message;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -381,6 +381,23 @@ TEST(BodyPoints, AreInsideAndFillTheBody) {
   EXPECT_EQ(body_points(ball.positions, turned, {.inside = 3000}).inside, body.inside);
 }
 
+// What an open surface bounds does not depend on the triangle that comes first.
+TEST(BodyPoints, TheOrderOfTrianglesDoesNotMatter) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 2000);
+  std::vector<Triangle> triangles;
+  for (const Triangle& t : triangulate(ball)) {
+    if (ball.positions[t[0]].z > -0.3) triangles.push_back(t);
+  }
+  const BodyPoints body = body_points(ball.positions, triangles, {.inside = 3000});
+  EXPECT_TRUE(body.is_closed);
+  for (const std::uint32_t seed : {1U, 2U, 3U}) {
+    std::shuffle(triangles.begin(), triangles.end(), std::mt19937(seed));
+    const BodyPoints shuffled = body_points(ball.positions, triangles, {.inside = 3000});
+    ASSERT_EQ(shuffled.inside, body.inside);
+    for (std::size_t i = 0; i < body.inside; ++i) EXPECT_LT(norm(shuffled.points[i] - body.points[i]), 1e-9);
+  }
+}
+
 TEST(BodyPoints, FacesWithoutAreaAreACloud) {
   const std::vector<Vec3d> positions{{0, 0, 0}, {1, 2, 3}, {-1, 0, 2}};
   const std::vector<Triangle> triangles{{0, 1, 1}, {1, 0, 0}};

@@ -7,13 +7,16 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
+#include "math/elementary.h"
 #include "strokes/describe.h"
 #include "strokes/push_grids.h"
 
@@ -151,22 +154,41 @@ class Ground {
 
   Vec3d nearest(const Vec3d& p) const { return tree_.closest(p)->point; }
 
-  // The sum of the normals, of the length of 1 each, of the triangles nearest to places of a rectangle.
+  // The mean of the unit normals nearest to places of a rectangle.
   Vec3d normal(const TilePlane& frame, double wide, double high) const {
     Vec3d sum{0, 0, 0};
     for (const double x : {-0.4, 0.0, 0.4}) {
       for (const double y : {-0.4, 0.0, 0.4}) {
         const Vec3d p = frame.center + frame.right * (x * wide) + frame.up * (y * high);
-        sum += normal_of(tree_.closest(p)->triangle);
+        sum += normal_at(p);
       }
     }
     return norm(sum) > 0 ? normalized(sum) : frame.normal;
   }
 
-  Vec3d normal_of(std::uint32_t triangle) const {
-    const Vec3d across = cross(corner(triangle, 1) - corner(triangle, 0), corner(triangle, 2) - corner(triangle, 0));
-    const double length = norm(across);
-    return length > 0 ? across / length : Vec3d{0, 0, 0};
+  // Returns the unit normal at the point of the surface nearest to p. On an edge and at a vertex, where the nearest
+  // triangle is any of several, their normals count by their angles there.
+  Vec3d normal_at(const Vec3d& p) const {
+    constexpr std::size_t kMaxAround = 32;
+    constexpr double kSamePoint = 1e-7;  // of an edge
+    const std::vector<SurfacePoint> near = tree_.nearest(p, kMaxAround);
+    std::vector<Vec3d> normals;
+    for (const SurfacePoint& at : near) {
+      if (norm(at.point - near.front().point) > kSamePoint * longest_edge(at.triangle)) continue;
+      const auto i = static_cast<std::size_t>(std::max_element(at.barycentric.begin(), at.barycentric.end()) -
+                                              at.barycentric.begin());
+      const Vec3d a = corner(at.triangle, (i + 1) % 3) - corner(at.triangle, i);
+      const Vec3d b = corner(at.triangle, (i + 2) % 3) - corner(at.triangle, i);
+      const Vec3d across = cross(a, b);
+      const double length = norm(across);
+      const bool is_corner = at.barycentric[i] > 1 - kSamePoint;
+      if (length > 0) normals.push_back(across / length * (is_corner ? elementary::atan2(length, dot(a, b)) : 1.0));
+    }
+    // In an order that does not depend on that of the triangles.
+    std::sort(normals.begin(), normals.end(),
+              [](const Vec3d& a, const Vec3d& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
+    const Vec3d sum = std::accumulate(normals.begin(), normals.end(), Vec3d{0, 0, 0});
+    return norm(sum) > 0 ? normalized(sum) : sum;
   }
 
   // Returns the point nearest to p at which a line along a direction enters the surface, if it is within `reach`.
@@ -233,8 +255,8 @@ class Printer {
     const double steps = std::max(std::ceil(std::abs(stroke_.depth) / bump_ * kStepsPerBump), kMinPrintSteps);
     if (steps > kMaxPrintSteps) {
       throw InvalidInput(fmt::format("\"depth\" must be at most {:.3g}, {} times \"bump\", got {:.3g}",
-                                     kMaxPrintSteps / kStepsPerBump * bump_, kMaxPrintSteps / kStepsPerBump,
-                                     std::abs(stroke_.depth)));
+                                     rounded_down(kMaxPrintSteps / kStepsPerBump * bump_),
+                                     kMaxPrintSteps / kStepsPerBump, std::abs(stroke_.depth)));
     }
     const PushGrids pushes(at, bump_, outer_, run_.threads);
     if (const double nodes = steps * pushes.nodes(); nodes > kMaxNodes) too_fine(std::cbrt(nodes / kMaxNodes));

@@ -183,12 +183,13 @@ bool misses_all(const Stroke& stroke, std::span<const Vec3d> points, int threads
   return misses;
 }
 
-double rounded_down(double x) {
+}  // namespace
+
+double tool_detail::rounded_down(double x) {
+  if (!(x > 0)) return 0;
   const double scale = elementary::power_of_ten(2 - elementary::decimal_exponent(x));
   return scale >= 1 ? std::floor(x * scale) / scale : std::floor(x * scale) * std::round(1 / scale);
 }
-
-}  // namespace
 
 std::optional<StrokeZone> tool_detail::zone_of(const Stroke& stroke) {
   return with_row(stroke, [](const auto& row, const auto& own) -> std::optional<StrokeZone> {

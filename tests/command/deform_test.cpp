@@ -1,4 +1,6 @@
 // knead deform and resolve on real files.
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -129,6 +131,23 @@ TEST_F(DeformTest, UntilStopsEarly) {
   EXPECT_NE(read("half.ply"), read("one.ply"));
 }
 
+// Strokes that read the surface become several others; --until counts those of the session.
+TEST_F(DeformTest, UntilTakesBackTheSameStrokes) {
+  knead_ok({"make", "box", "-n", "100", "-o", "tool.ply", "-q"});
+  write("reads.knead",
+        R"({"knead": 1, "mesh": "a.ply"}
+{"tool": "rotate", "center": [0, 0, 1], "axis": [0, 0, 1], "angle_deg": 40, "inner": 0.2, "outer": 0.6, "strength": 0}
+{"tool": "stamp", "mesh": "tool.ply", "pose": [[0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.2]], "path": [[0, 0, 1.3], [0, 0, 0.8]]}
+{"tool": "stretch", "center": [1, 0, 0], "axis": [0, 1, 0], "factor": 1.5, "inner": 0.2, "outer": 0.8}
+)");
+  for (const std::string until : {"0.5", "1.4", "2", "2.6", "3"}) {
+    knead_ok({"deform", "a.ply", "reads.knead", "-o", "b.ply", "-q", "--until", until});
+    knead_ok({"deform", "b.ply", "reads.knead", "-o", "c.ply", "-q", "--until", until, "--inverse"});
+    EXPECT_EQ(largest_distance("a.ply", "b.ply") > 0.005, std::stod(until) > 1) << until;
+    EXPECT_LT(largest_distance("a.ply", "c.ply"), 1e-4) << until;
+  }
+}
+
 TEST_F(DeformTest, MayOverwriteItsInput) {
   knead_ok({"deform", "a.ply", "one.knead", "-o", "b.ply", "-q"});
   knead_ok({"deform", "a.ply", "one.knead", "-o", "a.ply", "-q"});
@@ -250,6 +269,22 @@ TEST_F(DeformTest, ResolvedSessionsDoTheSame) {
   const json counts = json::parse(knead_ok({"resolve", "a.ply", "note.knead", "-o", "flow.knead", "--json"}));
   EXPECT_EQ(counts["strokes"], 2);
   EXPECT_EQ(counts["segments"], 3);
+}
+
+// A path finds the surface of a cloud by its normals.
+TEST_F(DeformTest, ResolvesStrokesOnACloudWithNormals) {
+  std::string cloud;
+  for (const Vec3d& p : positions("a.ply")) cloud += fmt::format("{0} {1} {2} {0} {1} {2}\n", p.x, p.y, p.z);
+  write("c.xyz", cloud);
+  write("paint.knead",
+        R"({"knead": 1}
+{"tool": "paint", "path": [[0, 0, 1], [0.3, 0, 0.95]], "outer": 0.4, "depth": 0.1}
+)");
+  knead_ok({"resolve", "c.xyz", "paint.knead", "-o", "flow.knead", "-q"});
+  knead_ok({"deform", "c.xyz", "paint.knead", "-o", "b.xyz", "-q"});
+  knead_ok({"deform", "c.xyz", "flow.knead", "-o", "c2.xyz", "-q"});
+  EXPECT_NE(read("b.xyz"), read("c.xyz"));
+  EXPECT_EQ(read("b.xyz"), read("c2.xyz"));
 }
 
 TEST_F(DeformTest, PointCloudsHaveNoVolume) {

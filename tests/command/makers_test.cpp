@@ -161,6 +161,11 @@ TEST_F(MakersTest, ReadsALatticeOfPygem) {
     for (const Vec3d& p : mesh.positions) top = std::max(top, p.z - 4);
     EXPECT_NEAR(top, 14 * 0.5 * 0.375, mode == "spline" ? 0.01 : 0.3) << mode;
   }
+  // The two layers of control points change their places.
+  write("box.prm",
+        file.substr(0, file.find("parameter z")) + "parameter z: 2 0 0 0.9\n  2 0 1 -0.9\n  2 1 0 0.9\n  2 1 1 -0.9\n");
+  expect_error(knead({"lattice", "plate.obj", "--file", "box.prm", "-o", "no.stl", "-q"}), 4,
+               "knead: --file: the shape came");
   expect_error(knead({"lattice", "plate.obj", "--file", "no.prm", "-o", "no.stl"}), 3, "--file: no.prm");
   write("box.prm", "n control points x: 5\n");
   expect_error(knead({"lattice", "plate.obj", "--file", "box.prm", "-o", "no.stl"}), 3, "are no parameters of PyGeM");

@@ -112,6 +112,27 @@ TEST_F(TogetherTest, StrokesReadTheSurfaceOfTheFirstShape) {
   }
 }
 
+TEST_F(TogetherTest, AStrokeThatReadsTheSurfaceStopsEarly) {
+  write("two.knead", read("paint.knead") +
+                         R"({"tool": "lattice", "mode": "volume", "origin": [-2, -2, -2], "lengths": [4, 4, 4], )"
+                         R"("counts": [2, 2, 2], "displacements": [[0, 0, 0], [0, 0, 0.2], [0, 0, 0], )"
+                         R"([0, 0, 0.2], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0.2, 0, 0]]})"
+                         "\n");
+  for (const std::string until : {"0.4", "1.3", "2"}) {
+    knead_ok({"deform", "body.ply", "two.knead", "--until", until, "-o", "alone.ply", "-q"});
+    knead_ok({"deform", "body.ply", "two.knead", "--until", until, "--also", "skirt.ply", "-o", "posed", "-q"});
+    EXPECT_EQ(read("posed/body.ply"), read("alone.ply")) << until;
+  }
+}
+
+TEST_F(TogetherTest, ARelaxIsRefused) {
+  write("relax.knead", R"({"knead": 1}
+{"relax": {"points": [[0, 0, 1]], "radius": 0.3}}
+)");
+  expect_error(knead({"deform", "body.ply", "relax.knead", "--also", "skirt.ply", "-o", "posed", "-q"}), 3,
+               "a relax is no flow, so other shapes cannot follow it");
+}
+
 TEST_F(TogetherTest, GoesBackwards) {
   knead_ok(together({"--precision", "double", "--tolerance", "1e-9"}));
   knead_ok({"deform", "posed/body.ply", "pull.knead", "--inverse", "--also", "posed/skirt.ply", "-o", "back", "-q"});
