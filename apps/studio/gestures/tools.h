@@ -214,7 +214,7 @@ struct ToolSettings : OwnSettings {
   bool auto_radius = true;             // of exact pins: from their distances, instead of `radius`
   double capsule_length = 1;           // half of it, relative to the radius
   double depth = 0.15;                 // of paint and print, relative to the radius, > 0
-  double growth = 0.02 * kBallOfCube;  // of inflate: the volume, relative to the radius' cube, > 0
+  double growth = 0.04 * kBallOfCube;  // of inflate: the volume, relative to the radius' cube, > 0
   double smoothing = 0.5;              // of smooth: the fraction of the distance to the smooth surface, in (0, 1]
   int exponent = 8;                    // of points and curves; even, 4 or more
   double stamp_size = 0.5;             // the tool's half extent, relative to the radius
