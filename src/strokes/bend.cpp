@@ -346,7 +346,8 @@ double sound_share(const SolvedBend& bend, const LiveSurface& surface, int threa
                          const std::string& what, const std::string& or_else) {
   constexpr double kLess = 0.92;
   const double sign = stroke.angle_deg < 0 ? -1 : 1;
-  for (; angle >= 1; angle = std::floor(kLess * angle)) {
+  // Ever larger steps: each trial takes seconds.
+  for (double less = kLess; angle >= 1; angle = std::floor(less * angle), less *= kLess) {
     stroke.angle_deg = sign * angle;
     if (!reads_surface(stroke) || !is_spoiled(solved(stroke, surface, threads).result)) break;
   }
