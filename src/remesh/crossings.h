@@ -56,11 +56,12 @@ class CrossingSearch {
   // Returns the triangles to search; with a box only those whose boxes overlap it.
   Triangles triangles(const Surface& surface, const std::optional<Box>& box = {}) const;
   int threads() const { return threads_; }
+  // Returns a position as it is written.
+  Vec3d as_written(const Vec3d& p) const;
   // Returns the face with its vertices numbered in this way, and its corners as they are written.
   PlacedFace as_written(PlacedFace face) const;
 
  private:
-  Vec3d as_written(const Vec3d& p) const;
   std::uint32_t number(std::uint32_t v) const {
     return v < first_ ? v : v + static_cast<std::uint32_t>(outside_positions_.size());
   }

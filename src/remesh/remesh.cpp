@@ -326,14 +326,21 @@ class Remesher {
     return before;
   }
 
-  // Returns the crossings of the undeformed surface.
+  // Returns the crossings of the undeformed surface. Where the mesh had none, what crosses is rounding of new vertices.
   Crossings crossings_before(const Surface& refined) {
     Surface improved = std::move(surface());
     surface() = refined;
     surface().after = refined.before;
     Crossings found = search_.find(patch_);
     surface() = std::move(improved);
-    return found;
+    return found.pairs > 0 && has_crossed() ? found : Crossings{};
+  }
+
+  bool has_crossed() const {
+    std::vector<Vec3d> positions(before_.positions.begin(), before_.positions.end());
+    for (Vec3d& p : positions) p = search_.as_written(p);
+    const SelfIntersectionOptions any{.threads = options_.threads, .limit = 1, .progress = options_.progress};
+    return self_intersections(triangulate(before_), positions, any).count > 0;
   }
 
   // Splits faces that cross, until none crosses or splitting no longer helps. Returns the crossings that remain.

@@ -310,9 +310,9 @@ bool has_ramps(const CurveStroke& stroke) {
 }  // namespace
 
 std::vector<Vec3d> line_with_ramps(const Vec3d& center, const Vec3d& half, bool has_aim) {
-  constexpr double kBetween = 1 - 2.0 * kArcRamp / kPathIntervals;
+  constexpr double kOfShape = 1 - 2.0 * kArcRamp / kPathIntervals;
   if (!has_aim) return {center - half, center, center + half};
-  return {center - half, center - half * kBetween, center, center + half * kBetween, center + half};
+  return {center - half, center - half * kOfShape, center, center + half * kOfShape, center + half};
 }
 
 CurveMotion motion_of(const CurveStroke& stroke) {
