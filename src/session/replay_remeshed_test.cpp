@@ -430,6 +430,37 @@ TEST(ReplayRemeshed, CurvesInWhichTheShapeCrossedMayHaveMorePairs) {
   EXPECT_TRUE(has_more);
 }
 
+// A sheet far from the origin: the new vertices of its refined faces cross where positions are rounded, also before it
+// is deformed. That is no excuse for crossings afterwards.
+TEST(ReplayRemeshed, RoundingOfNewVerticesExcusesNoCrossings) {
+  Mesh sheet;
+  const Vec3d middle{40.80713754679166, -87.8237346581092, -24.84732888};
+  for (int i = 0; i < 28; ++i) {
+    for (int j = 0; j < 14; ++j) {
+      const double x = 2 * i / 27.0 - 1;
+      const double y = 2 * j / 13.0 - 1;
+      const double z = 0.09240831 * std::sin(4 * x - 3.20071708) + 0.17298226 * std::cos(3 * y) + 0.19766554 * x * y;
+      sheet.positions.push_back(middle + Vec3d{x, y, z});
+    }
+  }
+  for (std::uint32_t i = 0; i < 27; ++i) {
+    for (std::uint32_t a = 14 * i; a < 14 * i + 13; ++a) {
+      sheet.add_face(std::array{a, a + 14, a + 15});
+      sheet.add_face(std::array{a, a + 15, a + 1});
+    }
+  }
+  const Session session = parse_session(R"({"knead": 1}
+{"tool": "handles", "full_vertices": [351, 294, 365, 308, 379, 322, 336, 350, 364, 378], "zero_vertices": [13, 27, 41, 55, 69, 12, 83, 26, 97, 40], "motion": {"rotate": [-0.309067846, 0.787860816, -0.532684147], "center": [40.8071375, -87.8237347, -24.8532562], "angle_deg": -16.3586489}, "exponent": 2}
+)",
+                                        "s.knead");
+  const ReplayResult result = replay(sheet, session, remeshing());
+  std::vector<Vec3d> written;
+  for (const Vec3d& p : result.shape.positions()) {
+    written.push_back({static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+  }
+  EXPECT_EQ(self_intersections(result.shape.triangles(), written).count, 0U);
+}
+
 // A thin box is pressed until floats do not tell its two sides apart: no remeshing can end that.
 TEST(ReplayRemeshed, WhatCrossesWithoutRemedyIsRefusedUnlessItIsAllowed) {
   Mesh thin = make_shape(ShapeKind::box, shape_counts(ShapeKind::box).minimum);
