@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The demo that `./dev demo` runs: a creature's head out of a sphere, a hand that makes the peace sign, a letter pressed
-# into a ball, and a bar bent to a spring. Then it takes the spring back, and draws everything. All is written into
-# out/demo.
+# into a ball, and a bar bent to a spring. Then it plays the last session backwards on the spring, and draws everything.
+# All is written into out/demo.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -38,7 +38,7 @@ Written to $out:
   peace.ply          the peace sign: hand.ply, posed by peace.knead
   letter.ply         a letter in a ball: sphere.ply and letter.knead
   spring.ply         a bar that is bent to a spring: box.ply and spring.knead
-  box_again.ply      spring.ply, taken back by the same session
+  box_again.ply      the bar again: spring.ply after the same session backwards
   report.json        of the hand: volume error, moved vertices, steps, seconds
 $drawn
 Try next, with a shape of your own (PLY, OBJ, STL, OFF, GLB or XYZ):
