@@ -326,7 +326,8 @@ class Remesher {
     return before;
   }
 
-  // Returns the crossings of the undeformed surface. Where the mesh had none, what crosses is rounding of new vertices.
+  // Returns the crossings of the undeformed surface. If the original triangles there do not cross, none: new vertices
+  // are rounded, which can make the refined ones cross.
   Crossings crossings_before(const Surface& refined) {
     Surface improved = std::move(surface());
     surface() = refined;
@@ -336,10 +337,14 @@ class Remesher {
     return found.pairs > 0 && has_crossed() ? found : Crossings{};
   }
 
+  // Returns true if an original triangle of the patch crossed another one of the mesh.
   bool has_crossed() const {
     std::vector<Vec3d> positions(before_.positions.begin(), before_.positions.end());
     for (Vec3d& p : positions) p = search_.as_written(p);
-    const SelfIntersectionOptions any{.threads = options_.threads, .limit = 1, .progress = options_.progress};
+    std::vector<bool> is_of_patch;
+    for (const std::uint32_t f : triangle_faces(before_)) is_of_patch.push_back(patch_.holds_face[f] != 0);
+    const SelfIntersectionOptions any{
+        .threads = options_.threads, .limit = 1, .progress = options_.progress, .chosen = &is_of_patch};
     return self_intersections(triangulate(before_), positions, any).count > 0;
   }
 

@@ -103,10 +103,9 @@ void share_duration(std::vector<SessionStroke>& parts, double duration) {
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
 }
 
-// Resolves a stroke on a shape. If it `moves`, moves the shape by it, unless it has limit cylinders, which must be
-// checked first.
-// A pose with a mirror contains all parts and their images; its grids and their images add up to their mean, which is
-// exactly symmetric.
+// Resolves a stroke on a shape. `moves`: also moves the shape, unless the stroke has limit cylinders, which must be
+// checked first. A pose with a mirror contains all parts and their images; its grids and their images add up to their
+// mean, which is exactly symmetric.
 void read_surface(PreparedStroke& stroke, DeformedShape& shape, bool moves, Progress* progress) {
   const Mirror& mirror = stroke.source->mirror;
   LiveSurface surface;
