@@ -175,10 +175,11 @@ double pow(double base, double exponent) {
 
 double cbrt(double x) {
   if (x == 0 || !std::isfinite(x)) return x;
-  // With numbers near 1, cubes neither overflow nor underflow, and 8 x has exactly twice the root of x.
-  const int third = static_cast<int>(std::floor(std::ilogb(x) / 3.0));
-  const double cube = std::ldexp(std::abs(x), -3 * third);
-  double root = exp_of(log_of(cube).value / 3, 0);
+  const double size = std::abs(x);
+  double root = exp_of(log_of(size).value / 3, 0);
+  const int third = std::ilogb(root);  // with numbers near 1, cubes neither overflow nor underflow
+  root = std::ldexp(root, -third);
+  const double cube = std::ldexp(size, -3 * third);
   for (int i = 0; i < 2; ++i) root -= (root * root * root - cube) / (3 * root * root);
   return std::copysign(std::ldexp(root, third), x);
 }

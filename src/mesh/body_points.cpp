@@ -27,6 +27,13 @@ constexpr double kMinInsideFraction = 0.5;  // of the volume; a surface with les
 constexpr double kMaxLatticePoints = 3e7;
 constexpr std::size_t kMaxEdgeSamples = 64;
 
+// Returns the cube root of a volume. Where the unit of length changes by a power of two, its bits only move.
+double cube_edge(double volume) {
+  if (!(volume > 0)) return 0;
+  const int third = static_cast<int>(std::floor(std::ilogb(volume) / 3.0));
+  return std::ldexp(elementary::cbrt(std::ldexp(volume, -3 * third)), third);
+}
+
 // That of an open surface is what its border and `origin` close.
 double signed_volume(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const Vec3d& origin) {
   double sum = 0;
@@ -271,7 +278,7 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
     for (const std::uint32_t v : t) box.extend(positions[v]);
   }
   const double volume = std::abs(signed_volume(positions, triangles, box.center()));
-  double spacing = elementary::cbrt(volume / static_cast<double>(options.inside));
+  double spacing = cube_edge(volume / static_cast<double>(options.inside));
   if (options.most_spacing > 0) spacing = std::min(spacing, options.most_spacing);
   const Vec3d extent = box.max - box.min;
   const double steps = norm(extent) / spacing;
