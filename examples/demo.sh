@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The demo that `./dev demo` runs: a creature's head out of a sphere, a hand that makes the peace sign, a letter pressed
-# into a ball, and a bar bent to a spring. Then it plays the last session backwards on the spring, and draws everything.
+# into a ball, and a bar bent to a spring. Then it plays the letter backwards, and draws everything.
 # All is written into out/demo.
 set -euo pipefail
 
@@ -19,7 +19,7 @@ cd "$out"
 "$knead" deform hand.ply peace.knead --report report.json -o peace.ply
 "$knead" deform sphere.ply letter.knead -o letter.ply
 "$knead" deform box.ply spring.knead -o spring.ply
-"$knead" deform spring.ply spring.knead --inverse -q -o box_again.ply
+"$knead" deform letter.ply letter.knead --inverse -q -o sphere_again.ply
 
 # Draws a shape, seen from an azimuth and an elevation.
 draw() { "$knead" render "$1.ply" --view "$2" --size 800x800 --cavity --occlusion -q -o "$1.jpg"; }
@@ -38,7 +38,7 @@ Written to $out:
   peace.ply          the peace sign: hand.ply, posed by peace.knead
   letter.ply         a letter in a ball: sphere.ply and letter.knead
   spring.ply         a bar that is bent to a spring: box.ply and spring.knead
-  box_again.ply      the bar again: spring.ply after the same session backwards
+  sphere_again.ply   the ball again: letter.ply after the same session backwards
   report.json        of the hand: volume error, moved vertices, steps, seconds
 $drawn
 Try next, with a shape of your own (PLY, OBJ, STL, OFF, GLB or XYZ):
