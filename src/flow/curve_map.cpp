@@ -118,6 +118,7 @@ CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time)
   for (std::size_t i = 0; i < cells_.size(); i += kCellsPerStation) {
     const Powers& at = cells_[i][0];
     stations_.push_back({value_of(at[kPlace]), value_of(at[kPlace + 1]), value_of(at[kPlace + 2])});
+    if (i > 0) station_gap_ = std::max(station_gap_, norm(stations_.back() - stations_[stations_.size() - 2]));
   }
 }
 
@@ -251,37 +252,57 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   return true;
 }
 
-// Returns the length along the curve of the station of its part nearest to x, or of the nearest place beyond an end.
+// Returns the two places from which the nearest place to x may be found, the nearer first: stations of the curve's part
+// at which the distance is least, as on two turns of a spring, and places beyond the ends.
 template <class S>
-double CurveTable<S>::station_near(const Vec3d& x) const {
-  double least = kInfinity;
+auto CurveTable<S>::starts_near(const Vec3d& x) const -> std::array<Start, 2> {
   const double per_station = per_cell_ / kCellsPerStation;
   const auto last_station = static_cast<double>(stations_.size() - 1);
   const auto first = static_cast<std::size_t>(std::clamp(std::ceil(part_[0] * per_station), 0.0, last_station));
   const auto end = static_cast<std::size_t>(std::clamp(std::floor(part_[1] * per_station), 0.0, last_station)) + 1;
-  std::size_t nearest = first;
-  for (std::size_t i = first; i < end; ++i) {
-    const Vec3d d = x - stations_[i];
+  const auto begin = static_cast<double>(first);
+  std::array<Start, 2> starts{Start{begin}, Start{begin}};
+  const auto add = [&](const Start& start) {
+    if (start.distance < starts[0].distance) {
+      starts = {start, starts[0]};
+    } else if (start.distance < starts[1].distance) {
+      starts[1] = start;
+    }
+  };
+  double before = kInfinity;
+  bool was_nearer = false;
+  for (std::size_t i = first; i <= end; ++i) {
+    const Vec3d d = i < end ? x - stations_[i] : Vec3d{kInfinity, 0, 0};
     const double distance = inner(d, d);
-    if (!(distance < least)) continue;
-    least = distance;
-    nearest = i;
+    const bool is_nearer = distance < before;
+    if (was_nearer && !is_nearer) add({static_cast<double>(i - 1), before});
+    was_nearer = is_nearer;
+    before = distance;
   }
-  const std::size_t found = nearest * kCellsPerStation;
-  const bool at_last = static_cast<int>(found) < origin_cell_;
-  double s = (static_cast<double>(found) + (at_last ? 1 : 0)) / per_cell_;
-  s += step_from(Section<double>{cells_[found][0]}, x).value_or(0);
+  for (Start& start : starts) {
+    const auto cell = static_cast<std::size_t>(start.s) * kCellsPerStation;
+    const bool at_last = static_cast<int>(cell) < origin_cell_;
+    start.s = (static_cast<double>(cell) + (at_last ? 1 : 0)) / per_cell_;
+    start.s += step_from(Section<double>{cells_[cell][0]}, x).value_or(0);
+  }
   for (const bool last : {false, true}) {
-    const CurvePoint<double> at = beyond(last, x);
-    if (last ? at.s <= length_ : at.s >= 0) continue;
-    const double farther =
-        last ? std::max(at.s - std::max(part_[1], length_), 0.0) : std::min(at.s - std::min(part_[0], 0.0), 0.0);
-    const double distance = at.across[0] * at.across[0] + at.across[1] * at.across[1] + farther * farther;
-    if (distance > least) continue;
-    least = distance;
-    s = at.s;
+    const double s = beyond(last, x).s;
+    if (last ? s > length_ : s < 0) add({s, distance_to(x, s)});
   }
-  return s;
+  return starts;
+}
+
+// Returns the squared distance of x from the curve's place at s, where x has no component along the curve. Beyond the
+// part it is greater: beside the gap of a ring both ends are near.
+template <class S>
+double CurveTable<S>::distance_to(const Vec3d& x, double s) const {
+  const double farther = std::max({s - part_[1], part_[0] - s, 0.0});
+  if (s > 0 && s < length_) {
+    const Vec3d d = x - section<kFirst>(s).vector(kPlace);
+    return inner(d, d) + farther * farther;
+  }
+  const auto& [y1, y2] = beyond(s > 0, x).across;
+  return y1 * y1 + y2 * y2 + farther * farther;
 }
 
 // By projection on the tangent at an end.
@@ -324,14 +345,13 @@ std::optional<double> CurveTable<S>::length_at(const Vec3d& x, double s) const {
 
 template <class S>
 auto CurveTable<S>::find(const Vec3d& x) const -> std::optional<CurvePoint<double>> {
-  std::optional<double> s = length_at(x, station_near(x));
-  if (!s) return std::nullopt;
-  // Beside the gap of a ring the nearest station may be that of the other end.
-  if (*s < part_[0] || *s > part_[1]) {
-    const double end = std::clamp(*s < part_[0] ? part_[1] : part_[0], 0.0, length_);
-    const std::optional<double> other = length_at(x, end);
-    if (other && *other >= part_[0] && *other <= part_[1]) s = other;
+  const auto& [nearest, second] = starts_near(x);
+  std::optional<double> s = length_at(x, nearest.s);
+  if (std::sqrt(second.distance) < std::sqrt(nearest.distance) + station_gap_) {
+    const std::optional<double> beside = length_at(x, second.s);
+    if (beside && !(s && distance_to(x, *s) <= distance_to(x, *beside))) s = beside;
   }
+  if (!s) return std::nullopt;
   return on_section(x, *s);
 }
 

@@ -78,7 +78,13 @@ class CurveTable {
   Section<T> section(const T& s) const;
   template <std::size_t kCount = kColumns, class T>
   static Section<T> value_at(const Cell& cell, const T& z);
-  double station_near(const Vec3d& x) const;
+  // A place of the curve, and its squared distance from a point.
+  struct Start {
+    double s = 0;
+    double distance = kInfinity;
+  };
+  std::array<Start, 2> starts_near(const Vec3d& x) const;
+  double distance_to(const Vec3d& x, double s) const;
   // Newton's step for (x - C(s)).T(s) = 0 from the section at s; nothing at or beyond the centre of curvature.
   std::optional<double> step_from(const Section<double>& here, const Vec3d& x) const;
   std::optional<double> length_at(const Vec3d& x, double s) const;
@@ -93,6 +99,7 @@ class CurveTable {
   std::array<double, 2> part_;
   std::vector<Cell> cells_;
   std::vector<Vec3d> stations_;  // places of some cells, where the search for the nearest place begins
+  double station_gap_ = 0;       // the greatest distance from one to the next
   std::array<End, 2> ends_;
 };
 

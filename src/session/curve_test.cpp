@@ -277,6 +277,43 @@ TEST(Curve, RingsThatNearlyCloseAreTakenBack) {
   EXPECT_NE(refusal_of(mesh, "curve axis=0,1,0 angle_deg=365").find("meet itself"), std::string::npos);
 }
 
+// The stroke that makes a spring of three turns with radius 1 out of a bar.
+Session spring(double pitch) {
+  CurveStroke stroke;
+  for (int i = 0; i <= 36; ++i) {
+    const double turn = 2 * std::numbers::pi * i / 12;
+    stroke.to.push_back({std::cos(turn), std::sin(turn), pitch * turn / (2 * std::numbers::pi)});
+  }
+  Session session;
+  session.strokes.resize(1);
+  session.strokes[0].stroke = stroke;
+  return session;
+}
+
+// Also where a bar's corners are nearer to a station of the next turn than to one of their own. Bars that are as wide
+// as the turns are apart have corners for which the next turn itself is nearer: they are refused.
+TEST(Curve, SpringsAreTakenBackOrRefused) {
+  for (const double wide : {0.2, 0.5, 0.75, 0.79}) {
+    SCOPED_TRACE(wide);
+    const Mesh mesh = bar(19.1, 0.5 * wide, 0.15);
+    const ReplayResult there = Replay(borrow(mesh), spring(0.8), {}).run();
+    Session resolved;
+    resolved.strokes = there.resolved;
+    ReplayOptions back;
+    back.part.direction = Direction::backwards;
+    const Mesh bent = there.shape.to_mesh();
+    const auto restored = [&] { return Replay(borrow(bent), resolved, back).run(); };
+    if (wide > 0.7) {
+      EXPECT_THROW(restored(), InvalidInput);
+      continue;
+    }
+    const ReplayResult result = restored();
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      ASSERT_LE(norm(result.shape.positions()[i] - mesh.positions[i]), 1e-8);
+    }
+  }
+}
+
 // A part of a bar, and the whole: exactly so much longer. The ends stay rigid; the middle gets thinner, or does not.
 TEST(Curve, BecomesLongerByALength) {
   const Mesh mesh = bar(12, 0.5, 0.3);

@@ -275,8 +275,9 @@ Flow StrokeRun::flow(double moment) const {
 void StrokeRun::begin() {
   read();
   warn_of_cpu();
-  if (status() != AdvectStatus::done || options_.backwards) return;
+  if (status() != AdvectStatus::done) return;
   check_shape();
+  if (options_.backwards) return;
   check_limit_cylinder();
   warn_of_border();
   warn_of_images();
@@ -321,12 +322,14 @@ void StrokeRun::read() {
 void StrokeRun::check_shape() {
   with_row(stroke_.stroke(), [&](const auto& row, const auto& own) {
     const bool was_checked = row.reads_surface != nullptr && row.reads_surface(own);  // when it was resolved
-    if (row.check == nullptr || was_checked || stroke_.flow.segments.empty()) return;
+    const auto check = options_.backwards ? row.check_inverse : row.check;
+    const bool is_masked = options_.backwards && !stroke_.mask.is_empty();  // then the places do not tell what moved
+    if (check == nullptr || was_checked || is_masked || stroke_.flow.segments.empty()) return;
     LiveSurface surface;
     surface.positions = shape_.positions();
     surface.triangles = shape_.triangles();
-    surface.part = stroke_.part;
-    row.check(own, surface);
+    surface.part = stroke_.part * (options_.backwards ? options_.part : 1);
+    check(own, surface);
   });
 }
 

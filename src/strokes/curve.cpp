@@ -195,6 +195,7 @@ constinit const tool_detail::ToolRow<CurveStroke> CurveStroke::tool{.name = "cur
                                                                     .resolve = resolve,
                                                                     .reads_once = true,
                                                                     .check = check,
+                                                                    .check_inverse = check_inverse_of_curve,
                                                                     .flow = flow_of,
                                                                     .words = words,
                                                                     .prolong = prolong};

@@ -28,6 +28,10 @@ CurveMotion motion_of(const CurveStroke& stroke);
 // `given`.
 void check_curve(const CurveStroke& stroke, const CurveStroke& given, const LiveSurface& surface);
 
+// Throws InvalidInput if the inverse would take an edge of the deformed surface apart: its ends are nearest to places
+// of the curve that are too far from each other, as on two turns of a spring.
+void check_inverse_of_curve(const CurveStroke& stroke, const LiveSurface& surface);
+
 // Replaces the radius "auto" by that of propose_limit_cylinder about the line. Throws InvalidInput if there is none.
 void find_radius(CurveStroke& stroke, const LiveSurface& surface, std::vector<std::string>& remarks);
 

@@ -131,6 +131,25 @@ bool reaches_into(const MovedSlice& slice, const MovedSlice& a, const MovedSlice
   });
 }
 
+bool rests(const CurveMotion& curve, const CurvePoint<double>& at) {
+  const auto& [y1, y2] = at.across;
+  return curve.radius && y1 * y1 + y2 * y2 > *curve.radius * *curve.radius;
+}
+
+// Returns the lengths along a moved curve until places at equal distances at t = 0.
+std::vector<double> lengths_of(const CurveTable<double>& table) {
+  constexpr int kPlaces = kSlices * kBetween;
+  std::vector<double> lengths{0};
+  Vec3d before = table.end(false).place;
+  for (int i = 1; i <= kPlaces; ++i) {
+    Vec3d at;
+    table.place(CurvePoint<double>{table.length() * i / kPlaces, {}}, at);
+    lengths.push_back(lengths.back() + norm(at - before));
+    before = at;
+  }
+  return lengths;
+}
+
 enum class Trouble { none, too_tight, meets };
 
 // The slices of a shape about a curve.
@@ -230,14 +249,9 @@ class Body {
             "that is straighter there",
             x.x, x.y, x.z));
       }
-      if (place && rests(*place)) place.reset();
+      if (place && rests(curve_, *place)) place.reset();
     }
     return places;
-  }
-
-  bool rests(const CurvePoint<double>& at) const {
-    const auto& [y1, y2] = at.across;
-    return curve_.radius && y1 * y1 + y2 * y2 > *curve_.radius * *curve_.radius;
   }
 
   void lay_slices(double first, double last) {
@@ -367,6 +381,40 @@ void check_curve(const CurveStroke& stroke, const CurveStroke& given, const Live
       (there == Trouble::none ? sound : failing) = middle;
     }
     refuse(given, trouble, sound);
+  }
+}
+
+void check_inverse_of_curve(const CurveStroke& stroke, const LiveSurface& surface) {
+  // An edge inside half a turn at half its radius is shorter than the curve by pi.
+  constexpr double kMostPerEdge = 4;
+  const CurveMotion motion = motion_of(stroke);
+  const CurveTable<double> table(motion, surface.part);
+  const std::vector<double> lengths = lengths_of(table);
+  const auto length_at = [&](double s) {
+    const double at = std::clamp(s / table.length(), 0.0, 1.0) * static_cast<double>(lengths.size() - 1);
+    const std::size_t i = std::min(static_cast<std::size_t>(at), lengths.size() - 2);
+    return std::lerp(lengths[i], lengths[i + 1], at - static_cast<double>(i)) + std::min(s, 0.0) +
+           std::max(s - table.length(), 0.0);
+  };
+  std::vector<std::optional<double>> along;
+  along.reserve(surface.positions.size());
+  for (const Vec3d& x : surface.positions) {
+    const std::optional<CurvePoint<double>> place = table.find(x - motion.place);
+    along.push_back(place && !rests(motion, *place) ? std::optional(length_at(place->s)) : std::nullopt);
+  }
+  for (const Triangle& t : surface.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t a = t[i];
+      const std::uint32_t b = t[(i + 1) % 3];
+      if (!along[a] || !along[b]) continue;
+      const Vec3d edge = surface.positions[b] - surface.positions[a];
+      if (!(std::abs(*along[b] - *along[a]) > kMostPerEdge * norm(edge))) continue;
+      const Vec3d& at = surface.positions[a];
+      throw InvalidInput(fmt::format(
+          "the stroke has no inverse for this shape: near [{:.4g}, {:.4g}, {:.4g}] the next turn of the curve is "
+          "nearer than the shape's own; keep the shape from before the stroke",
+          at.x, at.y, at.z));
+    }
   }
 }
 

@@ -158,7 +158,9 @@ struct ToolRow {
   bool reads_once = false;                           // `resolve` reads the surface only before it applies anything
   // Throws for a shape to which a valid stroke that does not read it cannot be applied.
   void (*check)(const S&, const LiveSurface&) = nullptr;
-  Flow (*flow)(const S&) = nullptr;  // of a valid stroke that does not read the surface
+  void (*check_inverse)(const S&,
+                        const LiveSurface&) = nullptr;  // the same for the inverse of the stroke, without a mask
+  Flow (*flow)(const S&) = nullptr;                     // of a valid stroke that does not read the surface
   // Returns about how many segments the stroke becomes; with the mesh of a stamp's tool, at most. Null: one.
   std::size_t (*segments)(const S&, const Mesh* mesh) = nullptr;
   void (*warn)(const S&, Warnings&) = nullptr;                        // adds sentences about a valid stroke
