@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -14,8 +15,6 @@
 #include "knead/flow.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
-#include "mesh/body_points.h"
-#include "pose/near_rigid.h"
 #include "strokes/describe.h"
 #include "strokes/pose.h"
 
@@ -26,20 +25,17 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kSpacingsOfRadius = 9;   // of the grid, in the radius; fewer where a path is long, down to
-constexpr double kMinSpacings = 7;        // these
-constexpr std::size_t kUnknowns = 12000;  // that count as many
-constexpr double kFull = 0.8;             // of the radius: farther away the body does not grow
-constexpr double kCellsOfBody = 0.6;      // the samples' spacing, in that of the grid
-constexpr double kGrowthWeight = 3;       // of the wanted growth, relative to strain
-constexpr double kStepLength = 1;         // of the grid's spacing, at most
-constexpr double kStepGrowth = 0.4;       // of log det J, at most
-constexpr std::size_t kMinSteps = 3;      // each with the grid elsewhere, so that no pattern of its nodes is seen
+constexpr double kSpacingsOfRadius = 12;  // of the grid, in the radius
+constexpr double kBeyondNode = 3.5;       // spacings: farther away a node moves nothing
+constexpr double kLayer = 1.0 / 3;        // of the radius: the depth to either side in which the surface is pushed
+constexpr double kMaxNodes = 1e6;
+constexpr double kStepLength = 0.1;   // of the radius, at most
+constexpr std::size_t kMinSteps = 3;  // each with the grid elsewhere, so that no pattern of its nodes is seen
 constexpr std::size_t kMaxSteps = 60;
 constexpr double kVolumeTolerance = 1e-6;  // of path lines, of the radius
 constexpr double kMaxTaken = 0.5;          // of the volume that grows
 constexpr double kMostStretch = 6;
-constexpr double kMinFlux = 0.4;       // of the growth inside
+constexpr double kMinFlux = 2;         // of the integral of rate S, divided by the square of the radius
 constexpr double kExactVolume = 1e-7;  // of the volume
 constexpr int kCorrections = 6;
 constexpr std::size_t kMaxPoints = 10'000;
@@ -62,26 +58,11 @@ struct InflateTool {
     return least;
   }
 
-  // Whether a box is within it: within one piece, which is convex, if its corners are.
-  bool holds(const Box& box) const {
-    bool result = false;
-    for_each_piece([&](const Vec3d& a, const Vec3d& b) {
-      bool holds = true;
-      for (std::size_t corner = 0; corner < 8 && holds; ++corner) {
-        const Vec3d p{(corner & 1U) != 0 ? box.max.x : box.min.x, (corner & 2U) != 0 ? box.max.y : box.min.y,
-                      (corner & 4U) != 0 ? box.max.z : box.min.z};
-        holds = distance_to_segment(p, a, b) <= radius;
-      }
-      result = result || holds;
-    });
-    return result;
-  }
-
   // Returns the rate of growth at a distance, relative to that at the path.
   double rate(double distance) const {
-    const double s = distance / (kFull * radius);
+    const double s = distance / (radius * (1 - kBeyondNode / kSpacingsOfRadius));
     const double rest = std::max(0.0, 1 - s * s);
-    return rest * rest * rest;
+    return rest * rest;
   }
 
   Box box() const {
@@ -172,8 +153,9 @@ double greatest_norm(const std::vector<Vec3d>& vectors) {
   return greatest;
 }
 
-// Works relative to the first point of the stroke: many cells of its grid touch the tool's border, and rounding decides
-// which of them are in it.
+// Pushes the surface outwards: v = grad p with p = -rate S, where S falls from 1 inside to 0 outside within a layer
+// about the surface. Works relative to the first point of the stroke, so that rounding does not depend on where the
+// shape is.
 class Inflation {
  public:
   Inflation(const InflateStroke& stroke, const LiveSurface& surface, int threads)
@@ -185,26 +167,17 @@ class Inflation {
         positions_(surface.positions.begin(), surface.positions.end()),
         moved_(relative(positions_, origin_), surface.triangles, tool_) {
     if (surface.triangles.empty()) throw InvalidInput("\"tool\": only a surface can be inflated, and a cloud has none");
-    find_spacing();
-    find_body();
-    if (-stroke.volume > kMaxTaken * inside_) {
-      throw InvalidInput(fmt::format("\"volume\": at most {:.3g} can be taken away here, got {:.3g}",
-                                     rounded_down(kMaxTaken * inside_), -stroke.volume));
-    }
   }
 
   // Adds a segment for each step.
   void run(Flow& flow) {
+    SurfaceTree tree(surface_.triangles, positions_);
     const std::vector<Vec3d> rest = moved_.points;
     double left = stroke_.volume;
     std::size_t steps = 1;
     for (std::size_t i = 0; i < steps; ++i) {
-      if (i > 0) {
-        const double part = static_cast<double>(i) / static_cast<double>(steps);
-        lattice_.origin = Vec3d{1, 1, 1} * (part * lattice_.spacing);
-        find_body();
-      }
-      PotentialGrid grid = NearRigidSystem(lattice_, body_, {}, threads_, surface_.progress).solve({});
+      if (i > 0) tree.refit(positions_, tool_.box());
+      PotentialGrid grid = outward(tree, static_cast<double>(i) / static_cast<double>(steps));
       const std::vector<Vec3d> v = velocities(flow_of(grid), moved_.points, 0);
       const double flux = moved_.flux(v);
       require_flux(std::abs(flux), stroke_.volume - left);
@@ -239,68 +212,72 @@ class Inflation {
     return points;
   }
 
-  void find_spacing() {
-    BodySamples samples{{stroke_.points.front()}};
-    samples.growth = {0};
-    tool_.for_each_piece([&](const Vec3d& a, const Vec3d& b) {
-      const double pieces = std::ceil(norm(b - a) * kSpacingsOfRadius / stroke_.radius) + 1;
-      for (double i = 0; i <= pieces; ++i) samples.around.push_back(a + (b - a) * (i / pieces));
-    });
-    const std::vector<Vec3d> middles = std::move(samples.around);
-    for (double spacings = kSpacingsOfRadius;; spacings -= 0.5) {
-      lattice_ = {stroke_.points.front(), stroke_.radius / spacings};
-      samples.around.clear();
-      for (const Vec3d& p : middles) add_around(p, samples.around);
-      samples.reach = [this](const Box& box) { return tool_.holds(box); };
-      const std::size_t unknowns = count_unknowns(lattice_, samples, {});
-      if (unknowns <= kUnknowns) return;
-      if (spacings > kMinSpacings) continue;
+  // Returns the grid of p, moved by a part of its spacing.
+  PotentialGrid outward(const SurfaceTree& tree, double part) {
+    const double h = stroke_.radius / kSpacingsOfRadius;
+    const Box box = tool_.box();
+    PotentialGrid grid;
+    grid.spacing = h;
+    double nodes = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      grid.origin[axis] = (std::floor(box.min[axis] / h) + part) * h;
+      const double count = std::ceil((box.max[axis] - grid.origin[axis]) / h) + 1;
+      nodes *= count;
+      grid.counts[axis] = static_cast<int>(std::min(count, kMaxNodes));
+    }
+    if (nodes > kMaxNodes) {
       throw InvalidInput(
           "\"points\": the path is too long for this \"radius\"; divide it into several strokes, or make it larger");
     }
-  }
-
-  // The cells of the tool about a place of its path.
-  void add_around(const Vec3d& middle, std::vector<Vec3d>& around) const {
-    const double h = lattice_.spacing;
-    const int most = static_cast<int>(stroke_.radius / h);
-    for (int z = -most; z <= most; ++z) {
-      for (int y = -most; y <= most; ++y) {
-        for (int x = -most; x <= most; ++x) {
-          const Vec3d off = Vec3d(x, y, z) * h;
-          if (norm(off) <= stroke_.radius) around.push_back(middle + off);
-        }
+    std::vector<double> growth(static_cast<std::size_t>(nodes));
+    const auto [nx, ny, nz] = grid.counts;
+    parallel_for(growth.size(), 64, threads_, [&](std::size_t begin, std::size_t end) {
+      stop_if_cancelled(surface_.progress);
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto at = static_cast<int>(i);
+        const Vec3d p = grid.origin + Vec3d(at % nx, at / nx % ny, at / nx / ny) * h;
+        const double rate = tool_.rate(tool_.distance(p));
+        if (rate > 0) growth[i] = -rate * share_inside(tree, p);
       }
-    }
+    });
+    if (part == 0) inside_ = -std::accumulate(growth.begin(), growth.end(), 0.0) * h * h * h;
+    grid.coefficients = SharedVectors(std::vector<Vec3d>(growth.size()));
+    grid.growth = SharedNumbers(std::move(growth));
+    return grid;
   }
 
-  void find_body() {
-    const double apart = kCellsOfBody * lattice_.spacing;
-    body_ = {};
-    inside_ = 0;
-    BodyPoints body = body_points(positions_, surface_.triangles,
-                                  {.most_spacing = apart, .threads = threads_, .within = tool_.box()});
-    for (std::size_t i = 0; i < body.points.size(); ++i) {
-      const double distance = tool_.distance(body.points[i]);
-      if (distance > stroke_.radius) continue;
-      body_.points.push_back(body.points[i]);
-      body_.growth.push_back(tool_.rate(distance));
-      if (i < body.inside) inside_ += apart * apart * apart * body_.growth.back();
+  // Returns S.
+  double share_inside(const SurfaceTree& tree, const Vec3d& p) const {
+    const double depth = kLayer * stroke_.radius;
+    const std::optional<SurfacePoint> nearest = tree.closest(p, depth);
+    const double s = nearest ? nearest->distance / depth : 1;
+    const double beyond = 0.25 * s * (3 - s * s);
+    return is_inside(tree, p) ? 0.5 + beyond : 0.5 - beyond;
+  }
+
+  // Two of three rays say so: small holes change nothing.
+  static bool is_inside(const SurfaceTree& tree, const Vec3d& p) {
+    static constexpr std::array<Vec3d, 3> kDirections{
+        {{0.573, -0.609, 0.548}, {0.740, 0.672, -0.028}, {-0.351, 0.422, 0.836}}};
+    int votes = 0;
+    for (const Vec3d& direction : kDirections) {
+      int winding = 0;
+      for (const RayHit& hit : tree.hits(p, direction)) winding += hit.leaves ? 1 : -1;
+      votes += winding != 0 ? 1 : 0;
     }
-    if (!(inside_ > 0)) {
-      throw InvalidInput("\"points\": nothing of the shape's inside is within \"radius\" of them; nothing can grow");
-    }
-    body_.growth_weight = kGrowthWeight;
-    body_.reach = [this](const Box& box) { return tool_.holds(box); };
-    tool_.for_each_piece([&](const Vec3d& a, const Vec3d& b) {
-      const double pieces = std::ceil(norm(b - a) * kSpacingsOfRadius / stroke_.radius) + 1;
-      for (double i = 0; i <= pieces; ++i) add_around(a + (b - a) * (i / pieces), body_.around);
-    });
+    return votes >= 2;
   }
 
   // The volume that grows inside must leave through the surface; near the end of the tool little can.
   void require_flux(double flux, double grown) const {
-    if (flux > kMinFlux * inside_) return;
+    if (!(inside_ > 0)) {
+      throw InvalidInput("\"points\": nothing of the shape's inside is within \"radius\" of them; nothing can grow");
+    }
+    if (-stroke_.volume > kMaxTaken * inside_) {
+      throw InvalidInput(fmt::format("\"volume\": at most {:.3g} can be taken away here, got {:.3g}",
+                                     rounded_down(kMaxTaken * inside_), -stroke_.volume));
+    }
+    if (flux * stroke_.radius * stroke_.radius > kMinFlux * inside_) return;
     if (grown == 0) {
       throw InvalidInput("\"points\": no surface is within \"radius\" of them through which the shape could grow");
     }
@@ -310,10 +287,8 @@ class Inflation {
 
   std::size_t count_steps(double by, double speed) {
     if (by * stroke_.volume < 0) orientation_ = -1;  // the triangles look inward
-    const double greatest = *std::max_element(body_.growth.begin(), body_.growth.end());
     const double steps =
-        std::max({static_cast<double>(kMinSteps), std::ceil(std::abs(by) * speed / (kStepLength * lattice_.spacing)),
-                  std::ceil(std::abs(by) * greatest / kStepGrowth)});
+        std::max(static_cast<double>(kMinSteps), std::ceil(std::abs(by) * speed / (kStepLength * stroke_.radius)));
     if (steps <= static_cast<double>(kMaxSteps)) return static_cast<std::size_t>(steps);
     throw InvalidInput(
         fmt::format("\"volume\": at most about {:.2g} can grow here at once, got {:.3g}; make \"radius\" larger",
@@ -352,9 +327,7 @@ class Inflation {
   int threads_;
   std::vector<Vec3d> positions_;  // of all vertices, as they are after the steps so far
   MovedSurface moved_;
-  Lattice lattice_;
-  BodySamples body_;
-  double inside_ = 0;       // the integral of the growth
+  double inside_ = 0;       // the integral of rate S before the first step
   double orientation_ = 1;  // of the triangles
 };
 
