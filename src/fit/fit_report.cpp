@@ -145,10 +145,9 @@ constexpr double kMaxVolumeDifference = 1e-3;  // relative; a greater one hinder
 
 std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& options) {
   if (report.crossings_new > fit_detail::max_new_crossings(report.crossings_before)) {
-    return fmt::format(
-        "{} pairs of triangles cross after the fit that did not before; give more pairs of landmarks "
-        "where they cross",
-        report.crossings_new);
+    return fmt::format("{} after the fit that did not before; give more pairs of landmarks where they cross",
+                       report.crossings_new == 1 ? "1 pair of triangles crosses"
+                                                 : fmt::format("{} pairs of triangles cross", report.crossings_new));
   }
   if (report.greatest_stretch > options.max_stretch) {
     return fmt::format(

@@ -92,7 +92,9 @@ StepProblem SoundJudge::crossing_of(std::span<const Vec3d> next, const std::vect
     }
   }
   if (count <= max_new_crossings_) return {};
-  problem.text = fmt::format("{} pairs of triangles would cross{}", count, problem.text);
+  problem.text =
+      fmt::format("{} would cross{}", count == 1 ? "1 pair of triangles" : fmt::format("{} pairs of triangles", count),
+                  problem.text);
   return problem;
 }
 

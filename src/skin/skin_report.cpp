@@ -43,8 +43,9 @@ std::string complaint_about(const SkinReport& report) {
 
 std::string complaint_about(const SkinMeasures& flow) {
   if (flow.crossings_new > 0) {
-    return fmt::format("{} pairs of triangles cross in the pose that did not at rest; turn the joints there less",
-                       flow.crossings_new);
+    return fmt::format("{} in the pose that did not at rest; turn the joints there less",
+                       flow.crossings_new == 1 ? "1 pair of triangles crosses"
+                                               : fmt::format("{} pairs of triangles cross", flow.crossings_new));
   }
   const double worst = std::max(flow.greatest_stretch, 1 / flow.least_stretch);
   if (worst > kMaxPosedStretch) {
