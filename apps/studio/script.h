@@ -11,7 +11,7 @@
 //                                               of a pen: a number from 0 to 1 for each place (for "move": one number)
 //   {"click": PLACE} {"wheel": 1, "modifiers": [...]} {"drop": [FILE, ...]}
 //   {"tool": "ball"}                            its name in lower case
-//   {"set": {"radius": 0.3, "inner_ratio": 0.4, "depth": 0.2, "growth": 0.1, "drag": "view" | "surface" | "normal" |
+//   {"set": {"radius": 0.3, "inner_ratio": 0.4, "depth": 0.2, "drag": "view" | "surface" | "normal" |
 //   "axis",
 //            "falloff": 4, "axis": [0, 0, 1], "paint_in": true, "mirror": [true, false, false], "remesh": true,
 //            "max_edge": 0.1, "start": "inside" | "surface" | "plane",

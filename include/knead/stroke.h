@@ -394,12 +394,14 @@ struct GridStroke {
   friend bool operator==(const GridStroke&, const GridStroke&) = default;
 };
 
-// Inflate: the shape grows or shrinks by a volume, most along the path through the points. Nothing farther from the
-// path than the radius moves. It reads the surface, and becomes grid strokes that change volume on purpose.
+// Inflate: the shape grows or shrinks, most along the path through the points: by a volume, or as far as the surface
+// shall move. Nothing farther from the path than the radius moves. It reads the surface, and becomes grid strokes that
+// change volume on purpose.
 struct InflateStroke {
-  std::vector<Vec3d> points;  // 1 or more, on the surface or near it
-  double radius = 0;          // > 0
-  double volume = 0;          // added to the shape; below 0: removed
+  std::vector<Vec3d> points;                   // 1 or more, on the surface or near it
+  double radius = 0;                           // > 0
+  double volume = 0;                           // added to the shape; below 0: removed
+  std::optional<double> depth = std::nullopt;  // in its place: how far the surface moves at most; below 0: inwards
 
   static const tool_detail::ToolRow<InflateStroke> tool;
   friend bool operator==(const InflateStroke&, const InflateStroke&) = default;

@@ -37,6 +37,8 @@ constexpr double kMaxTaken = 0.5;          // of the volume that grows
 constexpr double kMostStretch = 6;
 constexpr double kMinFlux = 2;         // of the integral of rate S, divided by the square of the radius
 constexpr double kExactVolume = 1e-7;  // of the volume
+constexpr double kExactDepth = 1e-3;   // of the depth
+constexpr double kMostShort = 5e-3;    // of what is wanted
 constexpr int kCorrections = 6;
 constexpr std::size_t kMaxPoints = 10'000;
 
@@ -165,43 +167,49 @@ class Inflation {
         surface_(surface),
         threads_(threads),
         positions_(surface.positions.begin(), surface.positions.end()),
-        moved_(relative(positions_, origin_), surface.triangles, tool_) {
+        moved_(relative(positions_, origin_), surface.triangles, tool_),
+        rest_(moved_.points) {
     if (surface.triangles.empty()) throw InvalidInput("\"tool\": only a surface can be inflated, and a cloud has none");
   }
 
   // Adds a segment for each step.
   void run(Flow& flow) {
     SurfaceTree tree(surface_.triangles, positions_);
-    const std::vector<Vec3d> rest = moved_.points;
-    double left = stroke_.volume;
+    double done = 0;
     std::size_t steps = 1;
     for (std::size_t i = 0; i < steps; ++i) {
       if (i > 0) tree.refit(positions_, tool_.box());
       PotentialGrid grid = outward(tree, static_cast<double>(i) / static_cast<double>(steps));
       const std::vector<Vec3d> v = velocities(flow_of(grid), moved_.points, 0);
       const double flux = moved_.flux(v);
-      require_flux(std::abs(flux), stroke_.volume - left);
-      if (i == 0) steps = count_steps(stroke_.volume / flux, greatest_norm(v));
-      const double share = left / static_cast<double>(steps - i);
-      grid = with_volume(grid, share, share / flux);
-      const std::vector<Vec3d> before = moved_.points;
+      require_flux(std::abs(flux), done);
+      if (flux < 0) orientation_ = -1;  // the triangles look inward
+      const double rate = stroke_.depth ? greatest_norm(v) : std::abs(flux);
+      if (i == 0) steps = count_steps(std::abs(wanted()) / rate * greatest_norm(v));
+      const double share = wanted() * static_cast<double>(i + 1) / static_cast<double>(steps) - done;
+      grid = with_change(grid, done, share, share / rate);
       move(grid, moved_.points);
       for (std::size_t k = 0; k < moved_.points.size(); ++k) positions_[moved_.vertices[k]] = moved_.points[k];
-      left -= orientation_ * moved_.volume_between(before, moved_.points);
+      done = change_to(moved_.points);
       Segment segment;
       segment.grid = std::move(grid);
       segment.grid.origin += origin_;
       flow.segments.push_back(std::move(segment));
     }
-    const double stretch = moved_.stretch_from(rest);
+    if (std::abs(done - wanted()) > kMostShort * std::abs(wanted())) refuse_more_than(std::abs(done));
+    const double stretch = moved_.stretch_from(rest_);
     if (stretch > kMostStretch) {
-      throw InvalidInput(fmt::format(
-          "\"volume\": {:.3g} stretches the surface {:.1f} times; make \"radius\" larger, or \"volume\" less",
-          stroke_.volume, stretch));
+      throw InvalidInput(
+          fmt::format("\"{0}\": {1:.3g} stretches the surface {2:.1f} times; make \"radius\" larger, or \"{0}\" less",
+                      key(), wanted(), stretch));
     }
   }
 
  private:
+  // The number that says how much, and its key.
+  double wanted() const { return stroke_.depth.value_or(stroke_.volume); }
+  const char* key() const { return stroke_.depth ? "depth" : "volume"; }
+
   static InflateStroke relative(InflateStroke stroke) {
     relative(stroke.points, Vec3d(stroke.points.front()));
     return stroke;
@@ -281,30 +289,39 @@ class Inflation {
     if (grown == 0) {
       throw InvalidInput("\"points\": no surface is within \"radius\" of them through which the shape could grow");
     }
-    throw InvalidInput(fmt::format("\"volume\": about {:.2g} can grow here at most, got {:.3g}; make \"radius\" larger",
-                                   0.9 * grown, stroke_.volume));
+    refuse_more_than(std::abs(grown));
   }
 
-  std::size_t count_steps(double by, double speed) {
-    if (by * stroke_.volume < 0) orientation_ = -1;  // the triangles look inward
-    const double steps =
-        std::max(static_cast<double>(kMinSteps), std::ceil(std::abs(by) * speed / (kStepLength * stroke_.radius)));
+  [[noreturn]] void refuse_more_than(double possible) const {
+    throw InvalidInput(fmt::format("\"{}\": at most about {:.2g} is possible here, got {:.3g}; make \"radius\" larger",
+                                   key(), 0.9 * possible, wanted()));
+  }
+
+  // `way`: that of the fastest vertex.
+  std::size_t count_steps(double way) const {
+    const double steps = std::max(static_cast<double>(kMinSteps), std::ceil(way / (kStepLength * stroke_.radius)));
     if (steps <= static_cast<double>(kMaxSteps)) return static_cast<std::size_t>(steps);
-    throw InvalidInput(
-        fmt::format("\"volume\": at most about {:.2g} can grow here at once, got {:.3g}; make \"radius\" larger",
-                    std::abs(stroke_.volume) * static_cast<double>(kMaxSteps) / steps, stroke_.volume));
+    refuse_more_than(std::abs(wanted()) * static_cast<double>(kMaxSteps) / steps);
   }
 
-  // The multiple of the grid, about `by`, with which the volume changes by this much.
-  PotentialGrid with_volume(const PotentialGrid& grid, double volume, double by) const {
-    by = std::abs(by) * (volume < 0 ? -1 : 1);
+  // Returns by how much the volume has changed since the beginning, or how far the surface has moved.
+  double change_to(const std::vector<Vec3d>& points) const {
+    if (!stroke_.depth) return orientation_ * moved_.volume_between(rest_, points);
+    double greatest = 0;
+    for (std::size_t i = 0; i < rest_.size(); ++i) greatest = std::max(greatest, norm(points[i] - rest_[i]));
+    return std::copysign(greatest, *stroke_.depth);
+  }
+
+  // Returns the multiple of the grid, about `by`, that adds the share to what is done.
+  PotentialGrid with_change(const PotentialGrid& grid, double done, double share, double by) const {
     PotentialGrid result = multiplied(grid, by);
+    const double tolerance = stroke_.depth ? kExactDepth : kExactVolume;
     for (int i = 0; i < kCorrections; ++i) {
       std::vector<Vec3d> after = moved_.points;
       move(result, after);
-      const double change = orientation_ * moved_.volume_between(moved_.points, after);
-      if (std::abs(change - volume) <= kExactVolume * std::abs(volume) || change * volume <= 0) break;
-      by *= std::clamp(volume / change, 0.5, 2.0);
+      const double change = change_to(after) - done;
+      if (std::abs(change - share) <= tolerance * std::abs(share) || change * share <= 0) break;
+      by *= std::clamp(share / change, 0.5, 2.0);
       result = multiplied(grid, by);
     }
     return result;
@@ -327,32 +344,49 @@ class Inflation {
   int threads_;
   std::vector<Vec3d> positions_;  // of all vertices, as they are after the steps so far
   MovedSurface moved_;
-  double inside_ = 0;       // the integral of rate S before the first step
-  double orientation_ = 1;  // of the triangles
+  std::vector<Vec3d> rest_;  // its points before the first step
+  double inside_ = 0;        // the integral of rate S before the first step
+  double orientation_ = 1;   // of the triangles
 };
 
 std::vector<StrokeKey> keys(InflateStroke& s) {
   return {{"points", Quantity::finite, &s.points, Presence::not_empty},
           {"radius", Quantity::positive, &s.radius, Presence::required, "nothing farther from the path moves"},
-          {"volume", Quantity::finite, &s.volume, Presence::required,
-           "what the shape gains, as a cube of its units of length; below 0: what it loses"}};
+          {"volume", Quantity::finite, &s.volume, Presence::optional,
+           "what the shape gains, as a cube of its units of length; below 0: what it loses"},
+          {"depth", Quantity::finite, &s.depth, Presence::optional,
+           "how far the surface moves at most, in the place of the volume; below 0: inwards"}};
+}
+
+void prepare(InflateStroke& /*stroke*/, const HasKey& has) {
+  if (!has("volume") && !has("depth")) throw InvalidInput("\"depth\" or \"volume\" is missing");
 }
 
 void validate(const InflateStroke& stroke) {
+  if (stroke.depth && stroke.volume != 0) {
+    throw InvalidInput("\"depth\" stands in the place of \"volume\"; leave one out");
+  }
   require_count("points", stroke.points.size(), 1, "points");
   if (stroke.points.size() > kMaxPoints) {
     throw InvalidInput(fmt::format("\"points\" must hold at most {} points, got {}", kMaxPoints, stroke.points.size()));
   }
 }
 
-void prolong(InflateStroke& stroke, double strength) { stroke.volume *= strength; }
+void prolong(InflateStroke& stroke, double strength) {
+  stroke.volume *= strength;
+  if (stroke.depth) *stroke.depth *= strength;
+}
 
 void resolve(const InflateStroke& stroke, SurfaceRun& run) { inflate_on(stroke, run.surface, run.threads); }
 
 std::size_t segments(const InflateStroke& /*stroke*/, const Mesh* /*mesh*/) { return 4; }
 
-// In percent of the tool's ball.
-std::string words(const InflateStroke& stroke, const std::string& /*unit*/) {
+// A volume in percent of the tool's ball.
+std::string words(const InflateStroke& stroke, const std::string& unit) {
+  if (stroke.depth) {
+    return fmt::format("{} by {}", *stroke.depth < 0 ? "Shrink" : "Inflate",
+                       length_text(std::abs(*stroke.depth), unit));
+  }
   const double ball = 4 * std::numbers::pi / 3 * stroke.radius * stroke.radius * stroke.radius;
   return fmt::format("{} by {:.2g}%", stroke.volume < 0 ? "Shrink" : "Inflate", 100 * std::abs(stroke.volume) / ball);
 }
@@ -361,7 +395,7 @@ std::string words(const InflateStroke& stroke, const std::string& /*unit*/) {
 
 bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
-  if (stroke.volume == 0) return true;
+  if (stroke.volume == 0 && stroke.depth.value_or(0) == 0) return true;
   Flow flow;
   Inflation(stroke, surface, threads).run(flow);
   return apply_grids(flow, surface);
@@ -371,6 +405,7 @@ bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int thr
 
 constinit const tool_detail::ToolRow<InflateStroke> InflateStroke::tool{.name = "inflate",
                                                                         .keys = keys,
+                                                                        .prepare = prepare,
                                                                         .validate = validate,
                                                                         .resolve = resolve,
                                                                         .segments = segments,

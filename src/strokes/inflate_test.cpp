@@ -76,6 +76,25 @@ TEST(Inflate, AddsTheVolumeThatIsTypedAndMovesNothingBeyondItsRadius) {
   }
 }
 
+TEST(Inflate, MovesTheSurfaceAsFarAsIsTyped) {
+  const Mesh before = make_shape(ShapeKind::sphere, 2562);
+  for (const double depth : {0.02, 0.15, 0.3, -0.1}) {
+    Inflated shape(before);
+    for (Triangle& t : shape.triangles) std::swap(t[1], t[2]);
+    ASSERT_TRUE(shape.inflate({.points = {{0, 0, 1}, {0.1, 0, 0.99}}, .radius = 0.5, .depth = depth}));
+    double most = 0;
+    for (std::size_t i = 0; i < before.vertex_count(); ++i) {
+      most = std::max(most, norm(shape.mesh.positions[i] - before.positions[i]));
+    }
+    EXPECT_NEAR(most / std::abs(depth), 1, 2e-3) << depth;
+    EXPECT_EQ(gain_of(before, shape.mesh) > 0, depth > 0);
+    EXPECT_EQ(self_intersections(shape.triangles, shape.mesh.positions).count, 0U);
+  }
+  EXPECT_NE(error_of(before, {.points = {{0, 0, 1}}, .radius = 0.5, .depth = 0.45}).find("at most"), std::string::npos);
+  const std::string both = error_of(before, {.points = {{0, 0, 1}}, .radius = 0.5, .volume = 0.01, .depth = 0.1});
+  EXPECT_NE(both.find("leave one out"), std::string::npos) << both;
+}
+
 TEST(Inflate, GrowsAlongAPathOnAnInsideOutSurfaceToo) {
   Mesh before = make_shape(ShapeKind::sphere, 10242);
   const InflateStroke stroke{{{0, 0.1, 0.99}, {0.1, 0, 0.99}}, 0.4, 0.015};

@@ -332,9 +332,9 @@ std::optional<InflateGesture> begin_inflate(const Pointer& pointer, const Gestur
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   const ToolSettings& settings = around.settings;
-  const double cube = settings.radius * settings.radius * settings.radius;
-  const bool shrinks = settings.paint_in != pointer.modifiers.ctrl;
-  return InflateGesture{{{hit->point}, settings.radius, settings.growth * cube * (shrinks ? -1 : 1)}, hit->point};
+  const double depth = std::min(settings.depth, kMaxInflateDepth) * settings.radius *
+                       (settings.paint_in != pointer.modifiers.ctrl ? -1 : 1);
+  return InflateGesture{{.points = {hit->point}, .radius = settings.radius, .depth = depth}, hit->point};
 }
 
 std::optional<PrintGesture> begin_print(const Pointer& pointer, const GestureContext& around,
@@ -470,7 +470,7 @@ void RelaxGesture::move(const GestureStep& step) {
 }
 
 void InflateGesture::move(const GestureStep& step) {
-  if (step.pointer.typed) stroke.volume = *step.pointer.typed * percent();
+  if (step.pointer.typed) stroke.depth = *step.pointer.typed;
   extend_on_surface(step.pointer, step.around, kSpacing * stroke.radius, last_point, stroke.points);
 }
 

@@ -69,9 +69,8 @@ struct Drag {
 };
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const GestureContext& around);
 
-// The number that is shown at the pointer and can be typed: a length in the mesh's units, the growth of a shape in
-// percent of the tool's ball, degrees, or percent.
-enum class AmountKind { length, growth, angle, percent };
+// The number that is shown at the pointer and can be typed: a length in the mesh's units, degrees, or percent.
+enum class AmountKind { length, angle, percent };
 struct Amount {
   AmountKind kind = AmountKind::length;
   double value = 0;
@@ -126,7 +125,7 @@ struct RelaxGesture {
   std::vector<Stroke> strokes() const { return {stroke}; }
 };
 
-// A line drawn on the surface, along which the shape grows by a volume when the drag ends, because that takes time.
+// A line drawn on the surface, along which the shape grows when the drag ends, because that takes time.
 struct InflateGesture {
   InflateStroke stroke;
   Vec3d last_point;
@@ -134,10 +133,8 @@ struct InflateGesture {
 
   void move(const GestureStep& step);
   void end(const GestureStep& /*step*/) { has_ended = true; }
-  std::vector<Stroke> strokes() const { return strokes_if(has_ended && stroke.volume != 0, stroke); }
-  // One percent of the tool's ball.
-  double percent() const { return 0.01 * kBallOfCube * stroke.radius * stroke.radius * stroke.radius; }
-  Amount number() const { return {AmountKind::growth, stroke.volume / percent()}; }
+  std::vector<Stroke> strokes() const { return strokes_if(has_ended && stroke.depth != 0, stroke); }
+  Amount number() const { return {AmountKind::length, stroke.depth.value_or(0)}; }
 };
 
 // A text or picture that follows the pointer on the surface, and is printed when the drag ends: that takes a while.

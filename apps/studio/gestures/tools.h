@@ -206,18 +206,17 @@ struct OwnSettings {
   bool paint_in = false;  // paint and print press in, inflate shrinks; Ctrl inverts
 };
 
-inline constexpr double kBallOfCube = 4.18879020478639;  // the volume of a ball of radius 1
+inline constexpr double kMaxInflateDepth = 0.6;  // relative to the radius: more would not fit into it
 
 // The settings of panels and keys. Lengths are in the mesh's own units.
 struct ToolSettings : OwnSettings {
   const StudioTool* tool = &studio_tools().front();
-  bool auto_radius = true;             // of exact pins: from their distances, instead of `radius`
-  double capsule_length = 1;           // half of it, relative to the radius
-  double depth = 0.15;                 // of paint and print, relative to the radius, > 0
-  double growth = 0.04 * kBallOfCube;  // of inflate: the volume, relative to the radius' cube, > 0
-  double smoothing = 0.5;              // of smooth: the fraction of the distance to the smooth surface, in (0, 1]
-  int exponent = 8;                    // of points and curves; even, 4 or more
-  double stamp_size = 0.5;             // the tool's half extent, relative to the radius
+  bool auto_radius = true;    // of exact pins: from their distances, instead of `radius`
+  double capsule_length = 1;  // half of it, relative to the radius
+  double depth = 0.15;        // of paint, print and inflate, relative to the radius, > 0
+  double smoothing = 0.5;     // of smooth: the fraction of the distance to the smooth surface, in (0, 1]
+  int exponent = 8;           // of points and curves; even, 4 or more
+  double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   StampContact stamp_contact = StampContact::automatic;
   std::string text = "Text";  // of print, where no picture is chosen; its capital letters are as high as the radius
   std::string font;           // as a print names it; empty: a usual one

@@ -215,9 +215,8 @@ void draw_hand_amount(Studio& studio, std::string_view key, float width) {
   const std::vector<Setting> rows = settings_of(settings);
   const Setting& row = *find_setting(rows, key);
   double& value = *std::get<double*>(row.value);
-  const bool is_growth = key == "growth";
-  const double unit = is_growth ? 100 / kBallOfCube : settings.radius;
-  const std::string sign = sign_of(is_growth ? AmountKind::growth : AmountKind::length, studio.preferences().unit);
+  const double unit = settings.radius;
+  const std::string sign = sign_of(AmountKind::length, studio.preferences().unit);
   const double before = value * unit;
   double amount = before;
   slide(row.label, amount, {row.range.least * unit, row.range.most * unit}, row.help, {sign.c_str(), width});

@@ -150,8 +150,6 @@ const char* word_of(const Amount& amount, bool is_adjusting) {
   switch (amount.kind) {
     case AmountKind::length:
       return is_adjusting ? "Radius" : "Distance";
-    case AmountKind::growth:
-      return "Growth";
     case AmountKind::angle:
       return "Angle";
     case AmountKind::percent:
@@ -305,7 +303,6 @@ std::string sign_of(AmountKind kind, LengthUnit unit) {
       return text_of(unit);
     case AmountKind::angle:
       return "\u00b0";
-    case AmountKind::growth:
     case AmountKind::percent:
       return "%";
   }

@@ -440,13 +440,15 @@ class Grid(Stroke):
 class Inflate(Stroke):
     points: Points3 | None
     radius: float
-    volume: float
+    volume: float | None
+    depth: float | None
     def __init__(
         self,
         *,
         radius: float,
-        volume: float,
         points: Points3 | None = None,
+        volume: float | None = None,
+        depth: float | None = None,
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,

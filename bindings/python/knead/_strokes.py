@@ -270,11 +270,11 @@ _DETAILS = {
     the box at which the two outer layers of control points do not rest.
 """,
     "inflate": """
-    The shape gains (or with a negative `volume` loses) exactly this volume, most along the path through `points`, and its
-    surface moves outwards there. Nothing farther than `radius` from the path moves at all. It reads the surface, so
-    deform() needs `faces`.
+    The surface moves outwards, most along the path through `points`: by `depth` where it moves most, or so far that the
+    shape gains exactly `volume`; inwards if that is negative. Give one of the two. Nothing farther than `radius` from the
+    path moves at all. It reads the surface, so deform() needs `faces`.
 
-        bigger = knead.deform(vertices, knead.Inflate(points=[place], radius=0.2, volume=1e-3), faces)
+        bigger = knead.deform(vertices, knead.Inflate(points=[place], radius=0.2, depth=0.05), faces)
 """,
     "print": """
     Text, a picture or the lowest face of a mesh is pressed into the surface, or with a negative `depth` raised; the volume goes
