@@ -210,6 +210,8 @@ void append(std::vector<Setting> more, std::vector<Setting>& rows) {
   std::move(more.begin(), more.end(), std::back_inserter(rows));
 }
 
+constexpr const char* kLatticeHelp = "another number lays a new lattice about the shape as it is";
+
 std::vector<Setting> brush_rows(ToolSettings& to) {
   return {
       {"radius", &to.radius, kAboveZero},
@@ -259,6 +261,15 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
        "Keep",
        "Volume: the inner side of a bend grows thicker, the outer side thinner. Thickness: walls and reliefs keep "
        "their height, and bends may be twice as tight."},
+      {"lattice_mode",
+       choice_of(to.lattice_mode, {"volume", "rigid", "spline"}, {"Keep volume", "Near rigid", "Plain"}),
+       {},
+       "##lattice",
+       "Keep volume: the shape comes as near as it can without a change of its volume. Near rigid: it also strains as "
+       "little as it can. Plain: exactly as the control points have it; volume changes."},
+      {"lattice_x", &to.lattice_counts[0], {2, kMostOfLattice}, "Points in x", kLatticeHelp},
+      {"lattice_y", &to.lattice_counts[1], {2, kMostOfLattice}, "Points in y", kLatticeHelp},
+      {"lattice_z", &to.lattice_counts[2], {2, kMostOfLattice}, "Points in z", kLatticeHelp},
       {"text", text_form(to.text)},
       {"font", text_form(to.font)},
       {"exponent", &to.exponent},

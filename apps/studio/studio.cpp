@@ -221,7 +221,8 @@ void Studio::begin() {
   const bool has_surface = shown().state.mesh->face_count() > 0;
   GestureContext around = gesture_context();
   if (has_surface && asks_hit_test()) around.hit_test = hit_test_;
-  if (has_surface && around.picker == nullptr && !around.hit_test) {
+  const bool is_behind = settings().tool->use == ToolUse::lattice && document_.worker().has_named_work();
+  if (is_behind || (has_surface && around.picker == nullptr && !around.hit_test)) {
     document_.tell({false, "One moment: Studio is still preparing the shape."});
     return;
   }
@@ -285,6 +286,12 @@ void Studio::send_live(bool gives_way) {
   for (SessionStroke& line : live) {
     if (settings().remesh) line.remesh = settings().remesh_settings;
   }
+  if (const auto* const lattice = std::get_if<LatticeGesture>(&gesture_->kind)) {
+    // The steps of a drag are not remeshed, so that they take no longer than needed.
+    if (!lattice->has_ended && !live.empty()) live.front().remesh.reset();
+    if (!live.empty()) history_.grow(lattice->lattice.entry, live.front());
+    return;
+  }
   const auto sent = pending_->strokes.begin() + static_cast<std::ptrdiff_t>(ended_strokes_.size());
   if (std::equal(live.begin(), live.end(), sent, pending_->strokes.end())) return;
   pending_->strokes = ended_strokes_;
@@ -302,6 +309,7 @@ void Studio::end(bool is_kept) {
       std::holds_alternative<GizmoGesture>(gesture_->kind) || std::holds_alternative<TurnGesture>(gesture_->kind);
   const auto* const turn = std::get_if<TurnGesture>(&gesture_->kind);
   const bool was_clicked = turn != nullptr && !(turn->placement && turn->has_gone);
+  if (std::holds_alternative<LatticeGesture>(gesture_->kind)) history_.end_drag(is_kept);
   gesture_.reset();
   clear_typed();
   if (did_something) ++ended_;

@@ -201,6 +201,9 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
                                       {"bend_along", R"({"tool": "bend_along"}
 {"drag": [[0, 0, 0], [0, 0.1, 0]]}
 {"drag": [[0, 0.1, 0], [0.03, 0.12, 0]]})",
-                                       2}};
+                                       2},
+                                      {"lattice", R"({"tool": "lattice"}
+{"drag": [[1.04, 1.04, 1.04], [1.2, 1.1, 1.04]]})",
+                                       1}};
 
 }  // namespace knead::studio

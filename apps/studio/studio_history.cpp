@@ -26,12 +26,21 @@ void StudioHistory::change(const LayerChange& change) {
 
 void StudioHistory::drag(const LayerChange& change) {
   interrupt_();
+  post_step(change, "Changing the history");
+}
+
+void StudioHistory::grow(std::size_t entry, const SessionStroke& stroke) {
+  post_step(grown(entry, stroke), name_of({&stroke, 1}));
+}
+
+void StudioHistory::post_step(const LayerChange& change, std::string what) {
   document_.post_latest([change](Document& document, Progress& progress) { document.drag_layers(change, progress); },
-                        "Changing the history");
+                        std::move(what));
 }
 
 void StudioHistory::end_drag(bool is_kept) {
-  document_.post([is_kept](Document& document, Progress& /*progress*/) { document.end_layer_drag(is_kept); });
+  document_.post([is_kept](Document& document, Progress& /*progress*/) { document.end_layer_drag(is_kept); },
+                 "Changing the history");
 }
 
 void StudioHistory::look_at(std::optional<std::size_t> entries) {

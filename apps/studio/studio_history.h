@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "document/layers.h"
@@ -25,6 +26,8 @@ class StudioHistory {
   // Changes the history during a drag. The steps of a drag are one change; only the latest step counts.
   void drag(const LayerChange& change);
   void end_drag(bool is_kept);
+  // The same for the stroke of the current gesture, by grown().
+  void grow(std::size_t entry, const SessionStroke& stroke);
 
   // Shows the shape after that many entries; std::nullopt: the present shape.
   void look_at(std::optional<std::size_t> entries);
@@ -53,6 +56,8 @@ class StudioHistory {
     Vec3d offset;                        // from where the pointer took hold of it
     std::vector<SessionStroke> strokes;  // of the entry, as they were
   };
+
+  void post_step(const LayerChange& change, std::string what);
 
   StudioDocument& document_;
   std::function<void()> interrupt_;

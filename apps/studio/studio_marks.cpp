@@ -15,7 +15,9 @@ void Studio::refresh_pins() {
   if (drags_one || shown().looked_at || shown().ended != ended_) return;
   if (!tools_.placed().pins.empty()) follow(tools_.placed().pins, shown().state);
   follow(tools_.placed().parts, shown().state);
-  if (!gesture_) tools_.follow_line();
+  if (gesture_) return;
+  tools_.follow_line();
+  tools_.follow_lattice();
 }
 
 bool Studio::change_pin(const Event& event) {

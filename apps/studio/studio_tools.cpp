@@ -72,8 +72,8 @@ void StudioTools::begin_document() {
   const std::optional<StampShape> stamp = placed_.stamp;
   const std::optional<PrintPicture> picture = placed_.picture;
   placed_ = {};
-  line_version_ = 0;
-  first_bend_ = 0;
+  line_version_ = lattice_version_ = 0;
+  first_bend_ = first_lattice_ = 0;
   settings_.first_radius = kFirstRadius * document_.shown().diagonal;
   settings_.radius = settings_.tool->size * settings_.first_radius;
   settings_.kept.clear();
@@ -113,6 +113,42 @@ std::optional<std::vector<Vec3d>> StudioTools::bent_line() {
   return std::nullopt;
 }
 
+// Returns the lattice that is the last entry of the history, unless another one was laid since.
+const LatticeStroke* StudioTools::last_lattice() {
+  const auto& history = document_.shown().history;
+  first_lattice_ = std::min(first_lattice_, history.size());
+  if (history.size() == first_lattice_ || history.back()->strokes.size() != 1) return nullptr;
+  const SessionStroke& last = history.back()->strokes.front();
+  const auto* const lattice = std::get_if<LatticeStroke>(&last.stroke);
+  const bool is_whole = lattice != nullptr && lattice->file.empty() && is_applied(last) && last.strength == 1;
+  return is_whole && last.mirror.empty() ? lattice : nullptr;
+}
+
+void StudioTools::follow_lattice() {
+  const DocumentState& shown = document_.shown();
+  if (settings_.tool->use != ToolUse::lattice || shown.opened == 0) return;
+  if (document_.worker().has_named_work()) return;
+  PlacedLattice& placed = placed_.lattice;
+  const bool has_counts = placed.stroke.counts == settings_.lattice_counts;
+  if (lattice_version_ == shown.version && has_counts && !placed.is_ahead) return;
+  if (!placed.stroke.displacements.empty() && !has_counts) first_lattice_ = shown.history.size();
+  lattice_version_ = shown.version;
+  PlacedLattice next;
+  next.entry = shown.history.size();
+  if (const LatticeStroke* const last = last_lattice()) {
+    next.stroke = *last;
+    --next.entry;
+    settings_.lattice_counts = last->counts;
+    if (*last != placed.stroke) settings_.lattice_mode = last->mode;
+  } else if (const Box box = bounding_box(shown.state.positions.copy()); box.diagonal() > 0) {
+    next.stroke = lattice_about(box, settings_.lattice_counts);
+  }
+  next.selected = std::move(placed.selected);
+  const std::size_t points = next.stroke.displacements.size();
+  if (next.selected.size() != points) next.selected.assign(points, false);
+  placed = std::move(next);
+}
+
 double StudioTools::radius() const {
   const std::vector<Pin>& pins = placed_.pins;
   const bool is_auto = has_exact_pins(settings_) && settings_.auto_radius && !pins.empty();
@@ -135,7 +171,8 @@ void StudioTools::clear_placed() {
   kept.pins = std::move(placed_.pins);
   kept.parts = std::move(placed_.parts);
   placed_ = std::move(kept);
-  line_version_ = 0;
+  line_version_ = lattice_version_ = 0;
+  if (settings_.tool->use == ToolUse::lattice) first_lattice_ = document_.shown().history.size();
   if (settings_.tool->use == ToolUse::bend_along) first_bend_ = document_.shown().history.size();
   picking_ = PlanePick::none;
 }
@@ -155,6 +192,9 @@ Box StudioTools::placed_box() const {
       break;
     case ToolUse::bend_along:
       places = placed_.line;
+      break;
+    case ToolUse::lattice:
+      places = control_points(placed_.lattice.stroke);
       break;
     case ToolUse::pose:
       around = kFirstRadius * document_.shown().diagonal;

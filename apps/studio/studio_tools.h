@@ -41,6 +41,10 @@ class StudioTools {
   // clear_placed(), along the shape's longest axis. Must not be called while a gesture waits for the shape.
   void follow_line();
 
+  // Shows the lattice of the last entry of the history, or lays one about the shape as it is: at first, with other
+  // counts, and after clear_placed(). Must not be called during a gesture.
+  void follow_lattice();
+
   // Returns the radius of the tool; for pins the automatic one, unless it is set. fix_radius() sets it to that.
   double radius() const;
   void fix_radius();
@@ -82,6 +86,7 @@ class StudioTools {
 
  private:
   std::optional<std::vector<Vec3d>> bent_line();
+  const LatticeStroke* last_lattice();
   void set_stamp(const std::function<StampShape(Document&)>& make);
   void set_picture(const std::filesystem::path& source);
   // Has the worker do it, and tell what is wrong with a stamp.
@@ -93,8 +98,10 @@ class StudioTools {
   PlacedTools placed_;
   PlanePick picking_ = PlanePick::none;
   std::optional<std::size_t> set_pin_;
-  std::uint64_t line_version_ = 0;  // of the document, for which the line was laid
-  std::size_t first_bend_ = 0;      // the entry of the history from which on strokes have taken the line along
+  std::uint64_t line_version_ = 0;     // of the document, for which the line was laid
+  std::size_t first_bend_ = 0;         // the entry of the history from which on strokes have taken the line along
+  std::uint64_t lattice_version_ = 0;  // as line_version_
+  std::size_t first_lattice_ = 0;      // the entry of the history from which on a lattice may grow
   // The mesh for which the limit cylinder was found; remeshing may change it later.
   std::shared_ptr<const Mesh> limit_cylinder_mesh_;
 };

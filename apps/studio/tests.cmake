@@ -3,6 +3,7 @@ knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/view/look_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/bend_along_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gestures/lattice_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/gestures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/masks_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/images_test.cpp

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "knead/derivatives.h"
+#include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
@@ -486,6 +487,38 @@ TEST(Lattice, ReadsTheParametersOfPygem) {
     EXPECT_NE(std::string(error.what()).find("\"file\": box.prm: \"n control points y\" is missing"), std::string::npos)
         << error.what();
   }
+}
+
+// About a shape lies a lattice at rest; its control points move by their displacements, and linear ones move all
+// linearly.
+TEST(Lattice, ALatticeAboutAShapeIsMovedByItsControlPoints) {
+  Random random(23);
+  for (const double size : {1e-3, 1.0, 1e3}) {
+    const Mesh mesh = scaled(sphere(), size);
+    LatticeStroke stroke =
+        lattice_about(bounding_box(mesh.positions), {random.integer(2, 6), random.integer(2, 6), random.integer(2, 6)});
+    const std::vector<Vec3d> places = control_points(stroke);
+    const Box box = bounding_box(places);
+    for (const Vec3d& p : mesh.positions) ASSERT_TRUE(contains(box, p));
+    const Mat3d linear = Mat3d{} + Mat3d{random.in_box(0.2), random.in_box(0.2), random.in_box(0.2)};
+    for (std::size_t i = 0; i < places.size(); ++i) stroke.displacements[i] = linear * places[i] - places[i];
+    const std::vector<Vec3d> moved = control_points(stroke);
+    for (std::size_t i = 0; i < places.size(); ++i) EXPECT_LE(norm(moved[i] - linear * places[i]), 1e-14 * size);
+    stroke.mode = LatticeMode::spline;
+    const std::vector<Vec3d> now = after(mesh, stroke);
+    for (std::size_t v = 0; v < now.size(); ++v) {
+      ASSERT_LE(norm(now[v] - linear * mesh.positions[v]), 1e-13 * size) << v;
+    }
+  }
+}
+
+TEST(Lattice, AFlatShapeGetsABoxWithAHeight) {
+  const LatticeStroke stroke = lattice_about({{-1, 0, 2}, {1, 3, 2}}, {3, 3, 2});
+  EXPECT_GT(stroke.lengths.z, 0);
+  EXPECT_LT(stroke.lengths.z, 0.1);
+  EXPECT_EQ(control_points(stroke).size(), 18U);
+  EXPECT_THROW(lattice_about({{1, 1, 1}, {1, 1, 1}}, {3, 3, 3}), InvalidInput);
+  EXPECT_THROW(lattice_about({}, {3, 3, 3}), InvalidInput);
 }
 
 // Parameters may be any of the displacements.

@@ -23,6 +23,9 @@ using namespace tool_detail;
 constexpr double kMostCosine = 1e-6;  // of the angle between two axes
 constexpr double kOnFace = 1e-9;      // of an edge: nearer points lie on the face
 constexpr std::size_t kUsualSegments = 8;
+constexpr double kBeyondShape = 0.02;  // of an edge of the shape's box, by which the lattice reaches beyond it
+constexpr double kThinnest = 0.02;     // of the box's diagonal: an edge of the lattice
+constexpr int kUsualDegree = 3;        // of the lattice about a shape
 
 std::vector<StrokeKey> keys(LatticeStroke& s) {
   return {{"file", Quantity::other, &s.file, Presence::optional},
@@ -236,6 +239,37 @@ void check_faces(const LatticeMotion& lattice, const LiveSurface& surface) {
 }
 
 }  // namespace tool_detail
+
+LatticeStroke lattice_about(const Box& box, const std::array<int, 3>& counts) {
+  if (!(box.diagonal() > 0)) throw InvalidInput("a lattice cannot be laid about a shape without an extent");
+  LatticeStroke stroke{.counts = counts, .displacements = {}, .degree = kUsualDegree};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double edge = box.max[axis] - box.min[axis];
+    stroke.lengths[axis] = std::max((1 + 2 * kBeyondShape) * edge, kThinnest * box.diagonal());
+  }
+  stroke.origin = box.center() - stroke.lengths * 0.5;
+  const auto [nx, ny, nz] = counts;
+  stroke.displacements.assign(static_cast<std::size_t>(nx * ny * nz), {0, 0, 0});
+  return stroke;
+}
+
+std::vector<Vec3d> control_points(const LatticeStroke& stroke) {
+  const LatticeMotion lattice = motion_of(stroke);
+  const std::array<detail::LatticeAxis, 3> along = detail::axes_of(lattice);
+  std::vector<Vec3d> points;
+  points.reserve(stroke.displacements.size());
+  for (int i = 0; i < lattice.counts[0]; ++i) {
+    for (int j = 0; j < lattice.counts[1]; ++j) {
+      for (int k = 0; k < lattice.counts[2]; ++k) {
+        const Vec3d place = lattice.origin + lattice.axes.row0 * (along[0].place(i) * lattice.lengths.x) +
+                            lattice.axes.row1 * (along[1].place(j) * lattice.lengths.y) +
+                            lattice.axes.row2 * (along[2].place(k) * lattice.lengths.z);
+        points.push_back(place + stroke.displacements[points.size()]);
+      }
+    }
+  }
+  return points;
+}
 
 constinit const tool_detail::ToolRow<LatticeStroke> LatticeStroke::tool{.name = "lattice",
                                                                         .keys = keys,

@@ -353,6 +353,15 @@ LayerChange replaced(std::size_t entry, std::vector<SessionStroke> strokes) {
   return change_of(entry, [strokes = std::move(strokes)](std::vector<SessionStroke>& old) { old = strokes; });
 }
 
+LayerChange grown(std::size_t entry, const SessionStroke& stroke) {
+  return [entry, stroke](Layers& layers) {
+    if (entry >= layers.size()) return layers.push_back({stroke});
+    SessionStroke& old = layers[entry].front();
+    old.stroke = stroke.stroke;
+    old.remesh = stroke.remesh;
+  };
+}
+
 void select(LayerEditor& editor, const DocumentState& shown, std::optional<std::size_t> entry) {
   editor = {};
   if (!entry || *entry >= shown.history.size()) return;

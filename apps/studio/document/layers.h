@@ -51,6 +51,8 @@ LayerChange joined(std::size_t entry);  // with the entry before it, under the n
 LayerChange split(std::size_t entry);   // into its strokes, which get names of their own
 LayerChange removed(std::size_t entry);
 LayerChange replaced(std::size_t entry, std::vector<SessionStroke> strokes);
+// Gives an entry of one stroke another one, and its remesh settings, or adds an entry where there is none.
+LayerChange grown(std::size_t entry, const SessionStroke& stroke);
 
 // A path of an entry, or the place of a tool, which is a path of one point.
 struct LayerPath {

@@ -460,6 +460,7 @@ void LassoGesture::move(const GestureStep& step) { extend_line(step.pointer, lin
 
 void LassoGesture::end(const GestureStep& step) const {
   const auto& [pointer, around, placed] = step;
+  if (around.settings.tool->use == ToolUse::lattice) return select_control_points(step, line);
   if (selects) return select_pins(around, line, placed.pins);
   if (has_exact_pins(around.settings)) return end_pin_lasso(around, line, placed);
   end_part_lasso(pointer, around, *this, placed);

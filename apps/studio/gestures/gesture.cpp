@@ -18,7 +18,7 @@ namespace {
 // The pointer grabs a stamp well within the rings of its gizmo.
 constexpr double kStampReach = 35;  // points
 constexpr const char* kNoImages =
-    "Bend along takes the whole shape along, so it has no mirror image: switch the mirror and repetitions off first.";
+    " takes the whole shape along, so it has no mirror image: switch the mirror and repetitions off first.";
 constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
 constexpr double kArrow = 90;        // points, of the length of an arrow
 constexpr double kRing = 0.7;        // radius of a ring, in arrows
@@ -83,6 +83,10 @@ std::optional<Gesture> begin_any_pins(const Pointer& pointer, const GestureConte
 }
 
 std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContext& around, PlacedTools& placed) {
+  const ToolUse use = around.settings.tool->use;
+  const bool takes_all = use == ToolUse::bend_along || use == ToolUse::lattice;
+  if (takes_all && !images_of(around.settings).empty()) return in_trouble(around.settings.tool->name + kNoImages);
+  if (use == ToolUse::lattice && is_on_placed(pointer, around, placed)) return begin_lattice(pointer, around, placed);
   if (pointer.modifiers.shift || around.settings.tool->use == ToolUse::smooth) {
     if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to smooth.");
     return made(begin_relax(pointer, around));
@@ -103,8 +107,9 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const GestureContex
       if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed)};
       return made(begin_draw(pointer, around));
     case ToolUse::bend_along:
-      if (!images_of(around.settings).empty()) return in_trouble(kNoImages);
       return made(begin_bend_along(pointer, around, placed));
+    case ToolUse::lattice:
+      return begin_lattice(pointer, around, placed);
     case ToolUse::pose:
       return begin_any_pins(pointer, around, placed);
     case ToolUse::stamp:
@@ -182,6 +187,9 @@ bool is_on_placed(const Pointer& pointer, const GestureContext& around, const Pl
   const ToolUse use = around.settings.tool->use;
   if (use == ToolUse::points || use == ToolUse::curve) return is_near(placed, pointer, around);
   if (use == ToolUse::bend_along) return handle_at(pointer, around.screen, placed.line, placed.line_stride).has_value();
+  if (use == ToolUse::lattice) {
+    return control_point_at(pointer, around.screen, control_points(placed.lattice.stroke)).has_value();
+  }
   if (use != ToolUse::stamp && use != ToolUse::turn) return false;
   if (is_on_stamp(pointer, around, placed)) return true;
   return placed.placement && gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);

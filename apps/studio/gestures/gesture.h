@@ -159,11 +159,24 @@ struct BendAlongGesture {
   std::vector<Vec3d> drawn{};           // so far
   std::vector<Vec3d> to{};              // where the line goes; empty: nowhere yet
 
-  static constexpr bool kHasImages = true;  // it has none
   void move(const GestureStep& step);
   void end(const GestureStep& step);
   std::vector<Stroke> strokes() const;
   std::optional<Amount> number() const;
+};
+
+// Selected control points of the lattice about the shape move alike.
+struct LatticeGesture {
+  PlacedLattice lattice;  // at the start
+  Drag drag;              // of one of them
+  Vec3d by{0, 0, 0};
+  bool has_ended = false;
+
+  void move(const GestureStep& step);
+  void end(const GestureStep& step);
+  LatticeStroke moved() const;
+  std::vector<Stroke> strokes() const { return strokes_if(by != Vec3d{0, 0, 0}, moved()); }
+  Amount number() const { return {AmountKind::length, drag.length_of(drag.start + by)}; }
 };
 
 // A line drawn on the surface, to be moved later; a click sets a point.
@@ -213,10 +226,10 @@ struct TurnGesture {
   std::optional<Amount> number(const ToolSettings& settings) const;
 };
 
-// A lasso: makes or frees a part of a pose, or sets or selects pins.
+// A lasso: makes or frees a part of a pose, or sets or selects pins or control points.
 struct LassoGesture {
   std::vector<Pixel> line;
-  bool selects = false;  // selects pins
+  bool selects = false;  // selects pins or control points
   bool frees = false;    // frees the vertices within the line from every part
 
   void move(const GestureStep& step);
@@ -302,7 +315,7 @@ struct GizmoGesture {
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, LassoGesture,
                PinsGesture, GizmoGesture, RelaxGesture, InflateGesture, PrintGesture, PartGesture, PartPaintGesture,
-               BendAlongGesture>
+               BendAlongGesture, LatticeGesture>
       kind;
   ShapeState start{};     // the shape at the start
   std::string trouble{};  // not empty: a sentence that says why this gesture is impossible
@@ -354,6 +367,10 @@ std::optional<double> widened_zone(const ToolSettings& settings, const Placement
 // Returns the number of the handle of a line that the pointer is on.
 std::optional<std::size_t> handle_at(const Pointer& pointer, const Screen& screen, const std::vector<Vec3d>& line,
                                      std::size_t stride);
+
+// Returns the number of the control point that the pointer is on: of points on each other the one nearest to the eye.
+std::optional<std::size_t> control_point_at(const Pointer& pointer, const Screen& screen,
+                                            const std::vector<Vec3d>& points);
 
 // Returns the pin that the pointer is on; none that is hidden behind the shape.
 std::optional<std::size_t> pin_at(const Pointer& pointer, const GestureContext& around, const std::vector<Pin>& pins);

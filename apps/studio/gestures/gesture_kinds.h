@@ -36,6 +36,12 @@ std::optional<PrintGesture> begin_print(const Pointer& pointer, const GestureCon
 std::optional<BendAlongGesture> begin_bend_along(const Pointer& pointer, const GestureContext& around,
                                                  PlacedTools& placed);
 
+// Begins to drag the control point under the pointer and all others that are selected, or to draw a line round those
+// that it selects. With Shift it selects or deselects the point only, and returns nothing.
+std::optional<Gesture> begin_lattice(const Pointer& pointer, const GestureContext& around, PlacedTools& placed);
+// Selects the control points within the line; with Ctrl the others stay selected.
+void select_control_points(const GestureStep& step, const std::vector<Pixel>& line);
+
 inline constexpr double kClick = 4;  // points that a click may move
 inline constexpr double kNear = 12;  // points around a placed thing in which the pointer grabs it
 

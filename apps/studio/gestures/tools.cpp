@@ -20,6 +20,9 @@ constexpr const char* kTurnHint = "Click on the shape to place the tool.";
 constexpr const char* kTurnAgain = "Ctrl snaps; the arrows move the gizmo, its rings turn it.";
 constexpr const char* kBendAlongHint =
     "Drag a handle of the line, or draw a new line: the shape follows. Escape: a straight line again.";
+constexpr const char* kLatticeHint =
+    "Drag a control point. Shift+click or a line round several selects them: they move together. Escape: a new "
+    "lattice.";
 constexpr double kOnPlane = 1e-9;     // of the radius: what counts as in a plane
 constexpr double kHalfOfBump = 0.54;  // of the bump of the wide falloff: its velocity along the motion is half there
 constexpr double kSizeOfLines = 0.4;  // StudioTool::size of tools that draw fine lines
@@ -308,6 +311,21 @@ const std::vector<StudioTool> kTools{
               {disc, {-0.85F, 0.6F, 0.2F}},
               {disc, {0, -0.56F, 0.2F}},
               {disc, {0.85F, 0.6F, 0.2F}}}},
+    {.name = "Lattice",
+     .key = "Shift+L",
+     .use = ToolUse::lattice,
+     .group = ToolGroup::pose,
+     .tip = "Moves the whole shape by the control points of a box about it.",
+     .also = "ffd free-form cage box control points warp",
+     .hint = kLatticeHint,
+     .second_hint = kLatticeHint,
+     .icon = {{line, {-0.7F, 0.7F, 0.7F, 0.7F}},
+              {line, {-0.7F, 0, 0.75F, -0.1F}},
+              {line, {-0.7F, -0.7F, 0.85F, -0.85F}},
+              {line, {-0.7F, 0.7F, -0.7F, -0.7F}},
+              {line, {0, 0.7F, 0.05F, -0.75F}},
+              {line, {0.7F, 0.7F, 0.85F, -0.85F}},
+              {disc, {0.85F, -0.85F, 0.2F}}}},
     {.name = "Pose",
      .key = "P",
      .use = ToolUse::pose,
@@ -412,7 +430,7 @@ void choose_tool(const StudioTool& tool, ToolSettings& settings) {
 bool blends(const ToolSettings& settings) {
   const ToolUse use = settings.tool->use;
   return use != ToolUse::mask && use != ToolUse::pose && use != ToolUse::inflate && use != ToolUse::smooth &&
-         use != ToolUse::print && use != ToolUse::bend_along &&
+         use != ToolUse::print && use != ToolUse::bend_along && use != ToolUse::lattice &&
          (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick) && settings.tool->brush == nullptr;
 }
 

@@ -105,6 +105,7 @@ enum class ToolUse {
   stamp,       // a click places it; a drag of its middle presses it in
   turn,        // a click places it; a drag beside it turns it
   bend_along,  // a drag of a handle, or a drawn line, moves the line through the shape
+  lattice,     // a drag moves control points of a box about the shape, or draws a line round those that it selects
   pose,        // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
   mask,        // drags paint or enclose the part that is fixed
 };
@@ -222,7 +223,9 @@ struct ToolSettings : OwnSettings {
   std::string font;           // as a print names it; empty: a usual one
   CurveLength bend_length = CurveLength::keep;  // of bend_along
   CurveKeeps bend_keep = CurveKeeps::volume;    // of bend_along
-  bool lasso_selects = false;                   // a drag beside the pins draws a line round those that it selects
+  LatticeMode lattice_mode = LatticeMode::volume;
+  std::array<int, 3> lattice_counts{3, 3, 3};  // of control points along x, y and z
+  bool lasso_selects = false;                  // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
   double pose_detail = 0;  // of the shape's size; 0: from the thickness of the moving parts
   PenPressure pressure = PenPressure::depth;
@@ -277,12 +280,23 @@ struct PartMarks {
   std::vector<OnMesh> on_meshes{};
 };
 
+inline constexpr int kMostOfLattice = 8;  // control points along an edge
+
+// The lattice about the shape.
+struct PlacedLattice {
+  LatticeStroke stroke;        // with the displacements so far; without control points: not laid yet
+  std::vector<bool> selected;  // of each control point
+  std::size_t entry = 0;       // of the history: its own, or the one that its first drag makes
+  bool is_ahead = false;       // a drag has moved it, and the shape has not followed yet
+};
+
 // The things that are placed for the next drag.
 struct PlacedTools {
   std::vector<Vec3d> points;
   std::vector<std::vector<Vec3d>> curves;
   std::vector<Vec3d> line;      // of bend_along, through the shape
   std::size_t line_stride = 1;  // from one handle of it to the next
+  PlacedLattice lattice;
   std::optional<Placement> placement;
   std::optional<StampShape> stamp;
   std::optional<PrintPicture> picture;

@@ -145,8 +145,12 @@ float draw_offers(Studio& studio, const Gui& gui) {
   const DocumentState& shown = studio.document().shown();
   if (studio.gesture() || shown.looked_at || studio.document().worker().is_busy()) return 0;
   if (!Overlay::placement_problem(studio).empty()) return draw_bend_offer(studio, gui);
-  if (!shown.history.empty() && !shown.history.back()->notes.shortfall.empty())
-    return draw_pose_offer(studio, gui, shown.history.back()->notes);
+  if (!shown.history.empty() && !shown.history.back()->notes.shortfall.empty()) {
+    const HistoryEntry& last = *shown.history.back();
+    const bool is_lattice = std::holds_alternative<LatticeStroke>(last.strokes.back().stroke);
+    if (is_lattice) return draw_offer(studio, gui, in_words(last.notes.shortfall), [] {});
+    return draw_pose_offer(studio, gui, last.notes);
+  }
   return shown.poor_triangles > 0 ? draw_remesh_offer(studio, gui) : 0;
 }
 

@@ -220,6 +220,9 @@ void draw_own_settings(Studio& studio) {
     if (ImGui::Button("Clear")) studio.tools().clear_placed();
   }
   if (tool.use == ToolUse::bend_along) draw_tool_setting(studio, "bend_keep");
+  for (const char* key : {"lattice_x", "lattice_y", "lattice_z"}) {
+    if (tool.use == ToolUse::lattice) draw_tool_setting(studio, key);
+  }
   if (tool.turning.takes_limit_cylinder) draw_limit_cylinder_settings(studio);
   if (tool.use == ToolUse::pose) {
     if (settings.pose != PoseMode::exact) draw_fineness(settings.pose_detail);
@@ -411,21 +414,22 @@ bool has_drag_mode(const ToolSettings& settings) { return goes_along_a_drag(sett
 void draw_drag_mode(Studio& studio, float width) { draw_tool_setting(studio, "drag", width); }
 
 bool has_radius(const ToolSettings& settings) {
-  if (settings.tool->use == ToolUse::bend_along) return false;
+  if (settings.tool->use == ToolUse::bend_along || settings.tool->use == ToolUse::lattice) return false;
   if (settings.tool->use == ToolUse::mask) return settings.mask_mode == MaskMode::paint;
   return settings.tool->use != ToolUse::pose || settings.pose == PoseMode::exact || settings.pose == PoseMode::brush;
 }
 
 bool has_mode(const Studio& studio) {
   const ToolUse use = studio.tools().settings().tool->use;
-  return use == ToolUse::stamp || use == ToolUse::print || use == ToolUse::bend_along || use == ToolUse::pose ||
-         use == ToolUse::mask;
+  return use == ToolUse::stamp || use == ToolUse::print || use == ToolUse::bend_along || use == ToolUse::lattice ||
+         use == ToolUse::pose || use == ToolUse::mask;
 }
 
 void draw_mode(Studio& studio, float width) {
   const ToolUse use = studio.tools().settings().tool->use;
   if (use == ToolUse::pose) draw_tool_setting(studio, "pose", width);
   if (use == ToolUse::bend_along) draw_tool_setting(studio, "bend_length", width);
+  if (use == ToolUse::lattice) draw_tool_setting(studio, "lattice_mode", width);
   if (use == ToolUse::mask) draw_tool_setting(studio, "mask_mode", width);
   if (use == ToolUse::print) draw_printed(studio, width);
   if (use != ToolUse::stamp) return;

@@ -128,6 +128,12 @@ bool Worker::is_busy() const {
   return is_performing_ || !queue_.empty();
 }
 
+bool Worker::has_named_work() const {
+  const std::lock_guard lock(mutex_);
+  return (is_performing_ && !what_.empty()) ||
+         std::any_of(queue_.begin(), queue_.end(), [](const Waiting& waiting) { return !waiting.what.empty(); });
+}
+
 void Worker::cancel() {
   const std::lock_guard lock(mutex_);
   if (is_performing_ || !queue_.empty()) progress_.cancel = true;

@@ -48,6 +48,8 @@ class Worker {
   std::uint64_t begun() const;
 
   bool is_busy() const;
+  // Returns whether a job with a name is running or waiting.
+  bool has_named_work() const;
 
   // Returns the job that is running; nothing if none is.
   std::optional<WorkStatus> status() const;

@@ -37,6 +37,9 @@ constexpr double kPinPoints = 5;
 constexpr double kLinePoints = 1.6;  // half the width of the line of bend_along
 constexpr double kHandlePoints = 6;  // the radius of its handles
 constexpr std::size_t kPiecesOfLine = 64;
+constexpr double kLatticeLinePoints = 0.8;
+constexpr double kControlPoints = 4.5;  // the radius of one, in points
+constexpr render::Color kLatticeLine{0.35f, 0.40f, 0.48f, 1};
 constexpr double kFitPoints = 6;
 constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
 constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
@@ -77,6 +80,7 @@ std::optional<Radii> radii_of(const Studio& studio) {
       return Radii{settings.radius};
     case ToolUse::stamp:
     case ToolUse::bend_along:
+    case ToolUse::lattice:
     case ToolUse::turn:
       return std::nullopt;
   }
@@ -166,7 +170,10 @@ std::string with_sign(const std::string& number, AmountKind kind, LengthUnit uni
 // Nothing for pins whose stroke is impossible.
 std::optional<double> radius_of_gesture(const Studio& studio) {
   const auto* const pins = std::get_if<PinsGesture>(&studio.gesture()->kind);
-  if (std::holds_alternative<BendAlongGesture>(studio.gesture()->kind)) return std::nullopt;
+  if (std::holds_alternative<BendAlongGesture>(studio.gesture()->kind) ||
+      std::holds_alternative<LatticeGesture>(studio.gesture()->kind)) {
+    return std::nullopt;
+  }
   if (pins == nullptr) return studio.tools().settings().radius;
   if (!has_exact_pins(studio.tools().settings())) return std::nullopt;
   return radius_of(pins_stroke(pins->pins, pins->dragged, pins->to, studio.tools().settings()));
@@ -280,6 +287,40 @@ void add_bend_line(const Studio& studio, std::vector<render::Line>& lines) {
                      .color = is_lit ? kLitHandle : kPlaced});
   }
   lift(screen, middle, studio.document().shown().diagonal, shown);
+  lines.insert(lines.end(), shown.begin(), shown.end());
+}
+
+void add_lattice(const Studio& studio, std::vector<render::Line>& lines) {
+  if (studio.tools().settings().tool->use != ToolUse::lattice || studio.document().shown().looked_at) return;
+  const Screen screen = studio.view().screen();
+  const auto* const drag = studio.gesture() ? std::get_if<LatticeGesture>(&studio.gesture()->kind) : nullptr;
+  const PlacedLattice& placed = studio.tools().placed().lattice;
+  const std::vector<Vec3d> points = control_points(drag != nullptr ? drag->moved() : placed.stroke);
+  if (points.empty()) return;
+  const auto pointed = studio.gesture() ? std::nullopt : control_point_at(studio.pointer(), screen, points);
+  const std::size_t lit = pointed.value_or(points.size());
+  std::vector<render::Line> shown;
+  const std::array<int, 3>& counts = placed.stroke.counts;
+  std::size_t stride = points.size();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto count = static_cast<std::size_t>(counts[axis]);
+    const std::size_t along = stride;
+    stride /= count;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (i % along >= stride) continue;  // not the first of its line
+      render::Line line{
+          .points = {}, .radius = kLatticeLinePoints * point_size(screen, points[i]), .color = kLatticeLine};
+      for (std::size_t k = 0; k < count; ++k) line.points.push_back(points[i + k * stride]);
+      shown.push_back(std::move(line));
+    }
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double size = (lit == i ? 1.3 : 1) * kControlPoints * point_size(screen, points[i]);
+    shown.push_back({.points = {points[i], points[i] + Vec3d{0, 1e-3 * size, 0}},
+                     .radius = size,
+                     .color = lit == i || placed.selected[i] ? kLitHandle : kPlaced});
+  }
+  lift(screen, points.front(), studio.document().shown().diagonal, shown);
   lines.insert(lines.end(), shown.begin(), shown.end());
 }
 

@@ -89,7 +89,8 @@ std::vector<Stroke> strokes_to_draw(const Studio& studio) {
   }
   const ToolUse use = studio.tools().settings().tool->use;
   const bool poses = use == ToolUse::pose && !has_exact_pins(studio.tools().settings());
-  if (poses || use == ToolUse::bend_along) return {};  // they are seen by their pins, or by the line
+  // They are seen by their pins, the line, or the control points.
+  if (poses || use == ToolUse::bend_along || use == ToolUse::lattice) return {};
   std::vector<Stroke> strokes = studio.preview();
   if (strokes.empty()) return hovering(studio);
   const std::size_t sides = images_of(studio.tools().settings()).size() + 1;
@@ -354,6 +355,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
     case ToolUse::inflate:
     case ToolUse::print:
     case ToolUse::bend_along:
+    case ToolUse::lattice:
     case ToolUse::smooth:
     case ToolUse::stamp:
     case ToolUse::mask:
@@ -430,6 +432,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add_layer_handles(studio, 0.006 * shown.diagonal, scene.lines);
   add_drawn_line(studio, scene.lines);
   add_bend_line(studio, scene.lines);
+  add_lattice(studio, scene.lines);
   if (!view.tool) return scene;
   const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
   std::vector<Stroke> strokes = shows_region(studio) ? strokes_to_draw(studio) : std::vector<Stroke>{};

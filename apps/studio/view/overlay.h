@@ -125,6 +125,9 @@ void add_fit_points(const Studio& studio, bool of_target, const Screen& screen, 
 // Adds the line of bend_along with its handles, or the line that is drawn for it.
 void add_bend_line(const Studio& studio, std::vector<render::Line>& lines);
 
+// Adds the lattice: its control points, of which selected ones are lighter, and lines between neighbours.
+void add_lattice(const Studio& studio, std::vector<render::Line>& lines);
+
 // Blue pins hold, white ones are free, selected and dragged ones are orange; images are smaller.
 void add_pins(const Studio& studio, std::vector<render::Line>& lines);
 

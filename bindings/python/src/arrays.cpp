@@ -18,6 +18,9 @@ std::string type_name(const py::handle& object) { return py::str(py::type::of(ob
 
 std::string shape_of(const py::array& array) { return py::str(array.attr("shape")); }
 
+// By numpy itself: pybind11 before 2.12 reads the sizes of types of numpy 1.
+int bytes_of_item(const py::array& array) { return array.attr("itemsize").cast<int>(); }
+
 // What numpy makes of an object, or a TypeError.
 py::array as_array(const py::object& object, const std::string& name, const char* kinds, const char* what) {
   py::array array;
@@ -59,7 +62,7 @@ using Integers = py::array_t<long long, py::array::c_style | py::array::forcecas
 
 Integers integers_from(const py::object& object, const std::string& name) {
   const py::array array = as_array(object, name, "iu", "whole numbers");
-  if (array.dtype().kind() == 'u' && array.itemsize() == 8) {
+  if (array.dtype().kind() == 'u' && bytes_of_item(array) == 8) {
     const auto wide = py::array_t<unsigned long long, py::array::c_style | py::array::forcecast>::ensure(array);
     for (py::ssize_t i = 0; i < wide.size(); ++i) {
       if (wide.data()[i] >> 63 != 0) throw InvalidInput(name + " has a number above all vertices");
@@ -123,7 +126,7 @@ Points points_from(py::object object, const std::string& name) {
     throw InvalidInput(fmt::format("{} must have shape (n, 3), got {}", name, shape_of(given)));
   }
   Points points;
-  points.is_float32 = given.dtype().kind() == 'f' && given.itemsize() == 4;
+  points.is_float32 = given.dtype().kind() == 'f' && bytes_of_item(given) == 4;
   points.array = DoubleArray::ensure(given);
   if (!points.array) throw py::error_already_set();
   if (points.array.ndim() == 1) points.array = new_points(0);

@@ -14,36 +14,40 @@ TARGET = knead.deform(POINTS, SESSION(angle=41, bump=0.2), precision="float64", 
 
 
 def slopes(values):
-    """The gradient of half the squared distance to the target, by Session.vjp."""
+    """The gradients of half the squared distance to the target by points and parameters, by Session.vjp."""
     session = SESSION(**dict(zip(SESSION.parameters, values)))
     moved = knead.deform(POINTS, session, precision="float64", relative_tolerance=1e-9)
-    return list(session.vjp(POINTS, moved - TARGET).values())
+    of_points, by_name = session.vjp(POINTS, moved - TARGET, of_points=True)
+    return of_points, list(by_name.values())
 
 
 def test_the_map_is_that_of_the_session():
-    way = autograd._Map(SESSION, POINTS, 1e-9)
-    assert np.allclose(way.move([41, 0.2]), TARGET, atol=1e-8)
+    way = autograd._Map(SESSION, 1e-9)
+    assert np.allclose(way.move(POINTS, [41, 0.2]), TARGET, atol=1e-8)
     gradient = TARGET - POINTS
-    both = [way.jvp([30, 0.1], direction) for direction in ([1, 0], [0, 1])]
-    assert np.allclose(way.vjp([30, 0.1], gradient), [(tangents * gradient).sum() for tangents in both], rtol=1e-6)
+    both = [way.jvp(POINTS, [30, 0.1], direction) for direction in ([1, 0], [0, 1])]
+    assert np.allclose(way.vjp(POINTS, [30, 0.1], gradient)[1], [(tangents * gradient).sum() for tangents in both], rtol=1e-6)
     with pytest.raises(knead.InvalidInput, match=r"2 numbers \(angle, bump\)"):
-        way.move([1])
+        way.move(POINTS, [1])
 
 
 def test_torch_differentiates_it():
     torch = pytest.importorskip("torch")
     values = torch.tensor([30.0, 0.1], dtype=torch.float64, requires_grad=True)
-    moved = autograd.torch_deform(SESSION, torch.tensor(POINTS), values)
+    points = torch.tensor(POINTS, requires_grad=True)
+    moved = autograd.torch_deform(SESSION, points, values)
     assert moved.dtype == torch.float64 and moved.shape == (50, 3)
     (0.5 * (moved - torch.tensor(TARGET)) ** 2).sum().backward()
-    assert np.allclose(values.grad.numpy(), slopes([30, 0.1]), rtol=1e-6)
+    of_points, of_values = slopes([30, 0.1])
+    assert np.allclose(values.grad.numpy(), of_values, rtol=1e-6)
+    assert np.allclose(points.grad.numpy(), of_points, atol=1e-7)
     from torch.autograd import forward_ad
     with forward_ad.dual_level():
         dual = forward_ad.make_dual(values.detach(), torch.tensor([1.0, 0.0], dtype=torch.float64))
         tangents = forward_ad.unpack_dual(autograd.torch_deform(SESSION, POINTS, dual)).tangent
+        with pytest.raises(knead.InvalidInput, match="forwards the points have no derivative"):
+            autograd.torch_deform(SESSION, forward_ad.make_dual(torch.tensor(POINTS), torch.ones(50, 3, dtype=torch.float64)), dual)
     assert np.allclose(tangents.numpy(), SESSION.jvp(POINTS, {"angle": 1})[1], atol=1e-9)
-    with pytest.raises(knead.InvalidInput, match="points have no derivative"):
-        autograd.torch_deform(SESSION, torch.tensor(POINTS, requires_grad=True), values)
 
 
 def test_an_optimiser_of_torch_finds_the_target():
@@ -65,9 +69,11 @@ def test_jax_differentiates_it():
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)
 
-    def distance(values):
-        return 0.5 * ((autograd.jax_deform(SESSION, POINTS, values) - TARGET) ** 2).sum()
+    def distance(points, values):
+        return 0.5 * ((autograd.jax_deform(SESSION, points, values) - TARGET) ** 2).sum()
 
-    for gradient_of in (jax.grad(distance), jax.jit(jax.grad(distance))):
-        assert np.allclose(gradient_of(np.array([30, 0.1])), slopes([30, 0.1]), rtol=1e-6)
+    aims = slopes([30, 0.1])
+    for gradient_of in (jax.grad(distance, (0, 1)), jax.jit(jax.grad(distance, (0, 1)))):
+        of_points, of_values = gradient_of(POINTS, np.array([30, 0.1]))
+        assert np.allclose(of_values, aims[1], rtol=1e-6) and np.allclose(of_points, aims[0], atol=1e-7)
     assert np.allclose(autograd.jax_deform(SESSION, POINTS, np.array([41, 0.2])), TARGET, atol=1e-8)

@@ -174,6 +174,15 @@ std::vector<Vec3d> with_handle_moved(std::vector<Vec3d> line, std::size_t stride
 // more. An end of the line that moves less than half as far as the other one is fixed, else the middle.
 CurveStroke curve_between(const std::vector<Vec3d>& from, const std::vector<Vec3d>& to);
 
+// A box of control points about a shape under a pointer, for the tool "lattice".
+
+// Returns a lattice at rest about a box, and a little beyond it. A flat box gets a height. counts: as those of the
+// stroke. Throws InvalidInput for a box that is empty or one point.
+LatticeStroke lattice_about(const Box& box, const std::array<int, 3>& counts);
+
+// Returns the places of the control points, with their displacements, in the order of the displacements.
+std::vector<Vec3d> control_points(const LatticeStroke& stroke);
+
 // A surface that a stroke reads and moves at the same time.
 
 // The current positions and triangles of a shape, and how to move them.
