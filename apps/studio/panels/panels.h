@@ -79,7 +79,7 @@ inline constexpr float kToolLabelWidth = 76;  // points
 inline constexpr float kPanelGap = 8;
 inline constexpr float kToolBarPadding = 4;
 inline constexpr float kToolScrollbar = 9;
-inline constexpr float kSmallestTool = 0.55F;  // of the size of an entry
+inline constexpr float kSmallestTool = 0.53F;  // of the size of an entry: a line of text still fits
 
 // Windows narrower than this, in points, higher than wide by this factor, or pressed by fingers are compact: those of a
 // phone or a tablet. A bar at their bottom takes the place of the others.
