@@ -44,9 +44,9 @@ struct ShapeFile {
 
 // How a file is read.
 struct ReadOptions {
-  // Larger files are read in pieces and not kept in memory, if they are regular files in binary PLY. The writers then
-  // read the file again, in pieces if the source's faces are the same. They throw IoError(read) if its contents have
-  // changed; a new file under its name does no harm.
+  // Larger regular files, in binary PLY and of splats in GLB, are read in pieces and not kept in memory. The writers
+  // then read the file again, in pieces if the source's faces are the same. They throw IoError(read) if its contents
+  // have changed; a new file under its name does no harm.
   std::size_t most_kept_bytes = std::numeric_limits<std::size_t>::max();
 };
 

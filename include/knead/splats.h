@@ -32,6 +32,10 @@ std::array<double, 15> splat_harmonics(const Vec3d& direction);
 // other one counts as no rotation.
 std::array<Vec3d, 3> splat_axes(std::array<double, 4> turn);
 
+// Returns the smallest axis of each splat, as the normal of the surface that the splats cover: on the side from which
+// most of 26 views from far away see the splat. Time: about 1 us a splat.
+std::vector<Vec3d> splat_normals(const Mesh& splats);
+
 // The Jacobian of a deformation at the splats where it is not the identity.
 struct SplatJacobians {
   std::vector<std::uint32_t> splats;  // ascending

@@ -371,7 +371,6 @@ std::string format_of(const std::filesystem::path& path) { return std::string(co
 ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& options) {
   require_no_folder(path);
   const Codec& codec = codec_of(path);
-  if (codec.read_beside != nullptr) return with_notes(codec, read_beside(codec, path));
   std::error_code error;
   const bool is_large = codec.read_in_pieces != nullptr && is_plain_file(path) &&
                         std::filesystem::file_size(path, error) > options.most_kept_bytes && !error;
@@ -382,6 +381,7 @@ ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& optio
                                  [&] { return codec.read_in_pieces(shape, path.string()); });
     if (is_read) return with_notes(codec, std::move(shape));
   }
+  if (codec.read_beside != nullptr) return with_notes(codec, read_beside(codec, path));
   return parse_shape(read_bytes(path), codec.name, path.string());
 }
 
@@ -453,7 +453,9 @@ std::string serialize_mesh(std::string_view format, const Mesh& mesh, const Writ
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
                  const WriteOptions& options) {
   const Codec& codec = codec_of(path);
-  if (codec.name == source.format && codec.rewrite_in_pieces != nullptr && !io_detail::is_gzip_name(path)) {
+  const bool is_one_file = codec.write == nullptr || source.file;
+  if (codec.name == source.format && codec.rewrite_in_pieces != nullptr && is_one_file &&
+      !io_detail::is_gzip_name(path)) {
     check(source, positions, options);
     std::optional<AtomicFile> file;  // from the first piece on: what is refused touches no file
     rewrite_in_pieces(codec, source, positions, options, [&](std::string_view piece) {

@@ -346,12 +346,18 @@ Vec3d triangle_normal(const Mesh& mesh, std::uint32_t triangle) {
 
 void CloudBox::add(std::span<const Vec3d> points) {
   points_ += points.size();
+  const auto is_full = [](const std::vector<double>& end) { return end.size() == kMaxStrays + 1; };
+  Box inner;  // most points are within it and change nothing
   for (const Vec3d& p : points) {
+    if (contains(inner, p)) continue;
     whole_.extend(p);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       keep_least(ends_[2 * axis], p[axis], kMaxStrays + 1);
       keep_least(ends_[2 * axis + 1], -p[axis], kMaxStrays + 1);
     }
+    if (!std::all_of(ends_.begin(), ends_.end(), is_full)) continue;
+    inner.min = {ends_[0].front(), ends_[2].front(), ends_[4].front()};
+    inner.max = {-ends_[1].front(), -ends_[3].front(), -ends_[5].front()};
   }
 }
 

@@ -382,6 +382,7 @@ void add_pieces(ShapeFile& shape, const PieceRows& pieces, bool has_float_places
 std::optional<ShapeFile> with_pieces(const ShapeFile& source, const PieceRows& pieces) {
   const std::string name = "split." + source.format;
   const io_detail::Codec& codec = io_detail::codec_named(source.format, name);
+  if (codec.with_copies == nullptr) return std::nullopt;
   std::string bytes = codec.with_copies(source, pieces.copied);
   if (bytes.empty()) return std::nullopt;
   const ShapeFile whole = parse_shape(std::move(bytes), source.format, name);
@@ -405,7 +406,7 @@ std::optional<ShapeFile> with_pieces(const ShapeFile& source, const PieceRows& p
 bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions& options,
                   std::optional<std::size_t> max_splats, std::vector<std::string>* notes) {
   const io_detail::Codec& codec = io_detail::codec_named(shape.format, "source");
-  if (codec.with_copies == nullptr || !are_splats(shape.mesh)) return false;
+  if ((codec.with_copies == nullptr && codec.writes_edits == nullptr) || !are_splats(shape.mesh)) return false;
   splat_degree(shape.mesh);
   const std::size_t most = max_splats.value_or(2 * shape.mesh.vertex_count());
   if (most <= shape.mesh.vertex_count()) return false;

@@ -13,6 +13,7 @@
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
+#include "knead/splats.h"
 #include "session/deformed_shape_detail.h"
 #include "session/point_constraint.h"
 #include "session/replay_detail.h"
@@ -82,6 +83,15 @@ DeformedShape reference_shape(const std::shared_ptr<const Mesh>& mesh, const Rep
   RemeshPolicy remesh = options.remesh;
   remesh.single_precision = true;
   return DeformedShape(mesh, std::move(motion), std::move(remesh), options.normals);
+}
+
+// Returns whether a stroke paints on splats that have no normals of their own.
+bool paints_splats(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
+  const auto paints = [](const SessionStroke& stroke) {
+    return is_applied(stroke) && std::holds_alternative<PaintStroke>(stroke.stroke) && reads_surface(stroke.stroke);
+  };
+  return options.normals.empty() && are_splats(mesh) &&
+         std::any_of(session.strokes.begin(), session.strokes.end(), paints);
 }
 
 // Carries out a plan.
@@ -453,8 +463,14 @@ ReplayResult Replay::run() {
   if (options_.progress != nullptr) options_.progress->total = work();
   Plan plan = std::move(this->plan());
   plan_.reset();
-  ReplayResult result = keeps_faces ? run_with_same_faces(mesh_, session_, options_, std::move(plan))
-                                    : PlanRun(mesh_, session_, options_, std::move(plan)).run();
+  std::optional<ReplayOptions> with_normals;
+  if (paints_splats(*mesh_, session_, options_)) {
+    with_normals = options_;
+    with_normals->normals = splat_normals(*mesh_);
+  }
+  const ReplayOptions& options = with_normals ? *with_normals : options_;
+  ReplayResult result = keeps_faces ? run_with_same_faces(mesh_, session_, options, std::move(plan))
+                                    : PlanRun(mesh_, session_, options, std::move(plan)).run();
   const std::optional<std::string> ignored = ignored_remesh(*mesh_, session_, options_);
   if (ignored) result.warnings.push_back(*ignored);
   return result;

@@ -167,7 +167,7 @@ class Reader {
  public:
   Reader(const ShapeFile& shape, std::size_t animation)
       : layout_(io_detail::layout_of<gltf::Layout>(shape)), animation_(animation) {
-    document_ = std::make_unique<Document>(gltf::open_document(gltf::glb_bytes(shape), layout_, "glb"));
+    document_ = std::make_unique<Document>(gltf::open_source(shape));
   }
 
   SkinFile run() {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <numbers>
 #include <span>
 #include <string>
@@ -29,9 +31,6 @@ constexpr std::size_t harmonics_of(std::size_t degree) { return kChannels * degr
 
 // The columns of a matrix.
 using Columns = std::array<Vec3d, 3>;
-
-// The coefficients of the harmonics of degrees 1 to 3, of red, green and blue.
-using Channels = std::array<std::array<double, 15>, kChannels>;
 
 Columns columns_of(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
 
@@ -73,73 +72,125 @@ Quaternion quaternion_of(const Columns& axes, const Quaternion& near) {
   return q;
 }
 
+// The harmonics of degrees 1 to 3 at a unit vector.
+inline std::array<double, 15> harmonics_at(double x, double y, double z) {
+  const double xx = x * x;
+  const double yy = y * y;
+  const double zz = z * z;
+  constexpr double c1 = 0.4886025119029199;  // sqrt(3 / (4 pi))
+  constexpr double c2 = 1.0925484305920792;  // sqrt(15 / (4 pi))
+  constexpr double c3 = 0.5900435899266435;  // sqrt(35 / (32 pi))
+  constexpr double c4 = 0.4570457994644658;  // sqrt(21 / (32 pi))
+  constexpr double c5 = 2.890611442640554;   // sqrt(105 / (4 pi))
+  return {-c1 * y,
+          c1 * z,
+          -c1 * x,
+          c2 * x * y,
+          -c2 * y * z,
+          0.31539156525252005 * (2 * zz - xx - yy),  // sqrt(5 / (16 pi))
+          -c2 * x * z,
+          c2 / 2 * (xx - yy),
+          -c3 * y * (3 * xx - yy),
+          c5 * x * y * z,
+          -c4 * y * (4 * zz - xx - yy),
+          0.3731763325901154 * z * (2 * zz - 3 * xx - 3 * yy),  // sqrt(7 / (16 pi))
+          -c4 * x * (4 * zz - xx - yy),
+          c5 / 2 * z * (xx - yy),
+          -c3 * x * (xx - 3 * yy)};
+}
+
+// A number of each of some splats, side by side for vector instructions.
+constexpr std::size_t kLanes = 8;
+using Lanes = std::array<double, kLanes>;
+
+// The coefficients of the harmonics of degrees 1 to 3, of red, green and blue.
+using Channels = std::array<std::array<Lanes, 15>, kChannels>;
+
+// The matrices of some splats, by columns.
+using ColumnsOfLanes = std::array<std::array<Lanes, 3>, 3>;
+
 // Turns the harmonics of one degree l: they are read in 2 l + 1 directions, which determine them.
+template <std::size_t degree>
 class DegreeTurner {
  public:
-  explicit DegreeTurner(std::size_t degree) : first_(degree * degree - 1), count_(2 * degree + 1) {
+  DegreeTurner() {
     const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
-    for (std::size_t i = 0; i < count_; ++i) {  // spread over a half of the sphere: the other half says the same
-      const double z = 1 - (static_cast<double>(i) + 0.5) / static_cast<double>(count_);
+    for (std::size_t i = 0; i < kCount; ++i) {  // spread over a half of the sphere: the other half says the same
+      const double z = 1 - (static_cast<double>(i) + 0.5) / static_cast<double>(kCount);
       const double r = std::sqrt(1 - z * z);
       const double angle = turn * static_cast<double>(i);
-      directions_.push_back({r * elementary::cos(angle), r * elementary::sin(angle), z});
+      directions_[i] = {r * elementary::cos(angle), r * elementary::sin(angle), z};
     }
     invert();
   }
 
   // Sets the coefficients to those of the functions that have in R d the values that they have in d now.
-  void turn(const Mat3d& rotation, Channels& channels) const {
-    std::array<std::array<double, 7>, kChannels> values{};
-    const Columns columns = columns_of(rotation);
-    for (std::size_t i = 0; i < count_; ++i) {
-      const Vec3d& d = directions_[i];
-      const std::array<double, 15> y = splat_harmonics({dot(columns[0], d), dot(columns[1], d), dot(columns[2], d)});
+  void turn(const ColumnsOfLanes& rotations, Channels& channels) const {
+    std::array<std::array<Lanes, kCount>, kChannels> values{};
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const std::array<Lanes, kCount> y = harmonics_in(directions_[i], rotations);
       for (std::size_t c = 0; c < kChannels; ++c) {
-        for (std::size_t k = 0; k < count_; ++k) values[c][i] += channels[c][first_ + k] * y[first_ + k];
+        for (std::size_t k = 0; k < kCount; ++k) add_product(channels[c][kFirst + k], y[k], values[c][i]);
       }
     }
     for (std::size_t c = 0; c < kChannels; ++c) {
-      for (std::size_t k = 0; k < count_; ++k) {
-        double sum = 0;
-        for (std::size_t i = 0; i < count_; ++i) sum += inverse_[k * count_ + i] * values[c][i];
-        channels[c][first_ + k] = sum;
+      for (std::size_t k = 0; k < kCount; ++k) {
+        Lanes sum{};
+        for (std::size_t i = 0; i < kCount; ++i) {
+          for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += inverse_[k][i] * values[c][i][lane];
+        }
+        channels[c][kFirst + k] = sum;
       }
     }
   }
 
  private:
-  // Inverts the matrix of the harmonics in the directions, by Gauss and Jordan with pivots.
-  void invert() {
-    const std::size_t n = count_;
-    std::vector<double> rows(2 * n * n, 0.0);
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::array<double, 15> y = splat_harmonics(directions_[i]);
-      for (std::size_t k = 0; k < n; ++k) rows[i * 2 * n + k] = y[first_ + k];
-      rows[i * 2 * n + n + i] = 1;
-    }
-    for (std::size_t c = 0; c < n; ++c) {
-      std::size_t pivot = c;
-      for (std::size_t i = c; i < n; ++i) {
-        if (std::abs(rows[i * 2 * n + c]) > std::abs(rows[pivot * 2 * n + c])) pivot = i;
-      }
-      for (std::size_t k = 0; k < 2 * n; ++k) std::swap(rows[c * 2 * n + k], rows[pivot * 2 * n + k]);
-      const double by = 1 / rows[c * 2 * n + c];
-      for (std::size_t k = 0; k < 2 * n; ++k) rows[c * 2 * n + k] *= by;
-      for (std::size_t i = 0; i < n; ++i) {
-        const double factor = i == c ? 0 : rows[i * 2 * n + c];
-        for (std::size_t k = 0; k < 2 * n; ++k) rows[i * 2 * n + k] -= factor * rows[c * 2 * n + k];
-      }
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      inverse_.insert(inverse_.end(), rows.begin() + static_cast<std::ptrdiff_t>(i * 2 * n + n),
-                      rows.begin() + static_cast<std::ptrdiff_t>((i + 1) * 2 * n));
-    }
+  static constexpr std::size_t kFirst = degree * degree - 1;  // of the 15 harmonics
+  static constexpr std::size_t kCount = 2 * degree + 1;
+
+  static void add_product(const Lanes& a, const Lanes& b, Lanes& to) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) to[lane] += a[lane] * b[lane];
   }
 
-  std::size_t first_;  // of the 15 harmonics
-  std::size_t count_;
-  std::vector<Vec3d> directions_;
-  std::vector<double> inverse_;
+  // In the directions that the rotations turn to d.
+  static std::array<Lanes, kCount> harmonics_in(const Vec3d& d, const ColumnsOfLanes& rotations) {
+    std::array<Lanes, kCount> result;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const auto along = [&](std::size_t k) {
+        return rotations[k][0][lane] * d.x + rotations[k][1][lane] * d.y + rotations[k][2][lane] * d.z;
+      };
+      const std::array<double, 15> y = harmonics_at(along(0), along(1), along(2));
+      for (std::size_t k = 0; k < kCount; ++k) result[k][lane] = y[kFirst + k];
+    }
+    return result;
+  }
+
+  // Inverts the matrix of the harmonics in the directions, by Gauss and Jordan with pivots.
+  void invert() {
+    std::array<std::array<double, 2 * kCount>, kCount> rows{};
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const std::array<double, 15> y = splat_harmonics(directions_[i]);
+      std::copy_n(y.begin() + kFirst, kCount, rows[i].begin());
+      rows[i][kCount + i] = 1;
+    }
+    for (std::size_t c = 0; c < kCount; ++c) {
+      std::size_t pivot = c;
+      for (std::size_t i = c; i < kCount; ++i) {
+        if (std::abs(rows[i][c]) > std::abs(rows[pivot][c])) pivot = i;
+      }
+      std::swap(rows[c], rows[pivot]);
+      const double by = 1 / rows[c][c];
+      for (double& number : rows[c]) number *= by;
+      for (std::size_t i = 0; i < kCount; ++i) {
+        const double factor = i == c ? 0 : rows[i][c];
+        for (std::size_t k = 0; k < 2 * kCount; ++k) rows[i][k] -= factor * rows[c][k];
+      }
+    }
+    for (std::size_t i = 0; i < kCount; ++i) std::copy_n(rows[i].begin() + kCount, kCount, inverse_[i].begin());
+  }
+
+  std::array<Vec3d, kCount> directions_;
+  std::array<std::array<double, kCount>, kCount> inverse_;
 };
 
 // The attributes of splats of this degree.
@@ -169,12 +220,19 @@ class SplatColumns {
     for (std::size_t i = 0; i < 4; ++i) (*turns_[i])[splat] = q[i];
   }
 
-  void turn_harmonics(std::size_t splat, const Mat3d& rotation, std::span<const DegreeTurner> turners) {
-    const std::size_t count = harmonics_.size() / kChannels;
+  // Of splats [first, first + count), at most kLanes.
+  void turn_harmonics(std::size_t first, std::size_t count, const ColumnsOfLanes& rotations) {
+    const std::size_t each = harmonics_.size() / kChannels;
     Channels channels{};
-    for (std::size_t i = 0; i < harmonics_.size(); ++i) channels[i / count][i % count] = (*harmonics_[i])[splat];
-    for (std::size_t degree = 1; degree <= degree_; ++degree) turners[degree - 1].turn(rotation, channels);
-    for (std::size_t i = 0; i < harmonics_.size(); ++i) (*harmonics_[i])[splat] = channels[i / count][i % count];
+    for (std::size_t i = 0; i < harmonics_.size(); ++i) {
+      std::copy_n(harmonics_[i]->data() + first, count, channels[i / each][i % each].begin());
+    }
+    if (degree_ >= 1) first_.turn(rotations, channels);
+    if (degree_ >= 2) second_.turn(rotations, channels);
+    if (degree_ >= 3) third_.turn(rotations, channels);
+    for (std::size_t i = 0; i < harmonics_.size(); ++i) {
+      std::copy_n(channels[i / each][i % each].begin(), count, harmonics_[i]->data() + first);
+    }
   }
 
  private:
@@ -182,6 +240,9 @@ class SplatColumns {
   std::array<std::vector<double>*, 3> scales_{};
   std::array<std::vector<double>*, 4> turns_{};
   std::vector<std::vector<double>*> harmonics_;
+  DegreeTurner<1> first_;
+  DegreeTurner<2> second_;
+  DegreeTurner<3> third_;
 };
 
 // Returns the order in which the axes are nearest to others, and turns each to its side. A flow never mirrors: where
@@ -234,6 +295,28 @@ void deform(SplatColumns& columns, std::size_t splat, const Mat3d& j, const Mat3
   columns.set_turn(splat, quaternion_of(axes, before));
 }
 
+// Adds the direction d to those from which splats are seen: of each cell of a grid across it, the foremost ones are.
+// half: the cells from the middle to a side.
+void add_seen(std::span<const Vec3d> centers, const Vec3d& middle, const Vec3d& d, double cell, std::ptrdiff_t half,
+              std::vector<Vec3d>& seen_from) {
+  const Vec3d across = normalized(cross(d, std::abs(d.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0}));
+  const Vec3d up = cross(d, across);
+  const std::ptrdiff_t side = 2 * half + 1;
+  std::vector<double> foremost(static_cast<std::size_t>(side * side), std::numeric_limits<double>::lowest());
+  const auto at = [&](const Vec3d& axis, const Vec3d& p) {
+    const double place =
+        std::clamp(dot(p - middle, axis) / cell, static_cast<double>(-half), static_cast<double>(half));
+    return half + static_cast<std::ptrdiff_t>(std::round(place));
+  };
+  const auto depth = [&](const Vec3d& p) -> double& {
+    return foremost[static_cast<std::size_t>(at(up, p) * side + at(across, p))];
+  };
+  for (const Vec3d& p : centers) depth(p) = std::max(depth(p), dot(p, d));
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    if (dot(centers[i], d) > depth(centers[i]) - cell) seen_from[i] += d;
+  }
+}
+
 bool is_column(const Attribute& attribute) {
   return attribute.domain == Domain::vertex && attribute.components == 1 && attribute.type >= NumberType::float32;
 }
@@ -271,30 +354,7 @@ bool have_splats(const Mesh& mesh) {
 }
 
 std::array<double, 15> splat_harmonics(const Vec3d& direction) {
-  const auto [x, y, z] = direction;
-  const double xx = x * x;
-  const double yy = y * y;
-  const double zz = z * z;
-  constexpr double c1 = 0.4886025119029199;  // sqrt(3 / (4 pi))
-  constexpr double c2 = 1.0925484305920792;  // sqrt(15 / (4 pi))
-  constexpr double c3 = 0.5900435899266435;  // sqrt(35 / (32 pi))
-  constexpr double c4 = 0.4570457994644658;  // sqrt(21 / (32 pi))
-  constexpr double c5 = 2.890611442640554;   // sqrt(105 / (4 pi))
-  return {-c1 * y,
-          c1 * z,
-          -c1 * x,
-          c2 * x * y,
-          -c2 * y * z,
-          0.31539156525252005 * (2 * zz - xx - yy),  // sqrt(5 / (16 pi))
-          -c2 * x * z,
-          c2 / 2 * (xx - yy),
-          -c3 * y * (3 * xx - yy),
-          c5 * x * y * z,
-          -c4 * y * (4 * zz - xx - yy),
-          0.3731763325901154 * z * (2 * zz - 3 * xx - 3 * yy),  // sqrt(7 / (16 pi))
-          -c4 * x * (4 * zz - xx - yy),
-          c5 / 2 * z * (xx - yy),
-          -c3 * x * (xx - 3 * yy)};
+  return harmonics_at(direction.x, direction.y, direction.z);
 }
 
 void detail::orthogonalise(std::array<Vec3d, 3>& m) {
@@ -332,6 +392,33 @@ std::size_t splat_degree(const Mesh& splats) {
   throw InvalidInput(fmt::format("splats have 0, 9, 24 or 45 harmonics f_rest_*, not {}", count));
 }
 
+std::vector<Vec3d> splat_normals(const Mesh& splats) {
+  splat_degree(splats);
+  constexpr double kSplatsOfCell = 16;  // so that hardly a cell has only those of the far side
+  const Box box = shape_box(splats);
+  const double half = std::ceil(std::sqrt(static_cast<double>(splats.vertex_count()) / kSplatsOfCell) / 2);
+  const double cell = box.diagonal() / (2 * half);
+  std::vector<Vec3d> result(splats.vertex_count());  // first the sums of the directions from which they are seen
+  for (int k = 0; k < 27 && cell > 0; ++k) {
+    const Vec3d d{k % 3 - 1.0, k / 3 % 3 - 1.0, k / 9 - 1.0};
+    if (d == Vec3d{}) continue;
+    add_seen(splats.positions, box.center(), normalized(d), cell, static_cast<std::ptrdiff_t>(half), result);
+  }
+  const auto values_of = [&](const char* name, std::size_t k) {
+    return splats.find_attribute(fmt::format("{}_{}", name, k))->values.data();
+  };
+  const std::array<const double*, 3> scales{values_of("scale", 0), values_of("scale", 1), values_of("scale", 2)};
+  const std::array<const double*, 4> turns{values_of("rot", 0), values_of("rot", 1), values_of("rot", 2),
+                                           values_of("rot", 3)};
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    std::size_t least = 0;
+    for (std::size_t k = 1; k < 3; ++k) least = scales[k][i] < scales[least][i] ? k : least;
+    const Vec3d axis = splat_axes({turns[0][i], turns[1][i], turns[2][i], turns[3][i]})[least];
+    result[i] = dot(axis, result[i]) < 0 ? -axis : axis;
+  }
+  return result;
+}
+
 ChangedSplats deformed_splats(const Mesh& splats, const SplatJacobians& jacobians, int threads,
                               const Progress* progress) {
   const std::size_t degree = splat_degree(splats);
@@ -341,14 +428,20 @@ ChangedSplats deformed_splats(const Mesh& splats, const SplatJacobians& jacobian
   if (!fits) throw InvalidInput("give a Jacobian for each splat, and splats that are there");
   ChangedSplats result{jacobians.splats, changing_attributes(splats, jacobians.splats)};
   SplatColumns columns(result.attributes, degree);
-  std::vector<DegreeTurner> turners;
-  for (std::size_t i = 1; i <= degree; ++i) turners.emplace_back(i);
   parallel_for(all.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
     stop_if_cancelled(progress);
-    for (std::size_t i = begin; i < end; ++i) {
-      const Mat3d rotation = nearest_rotation(all[i]);
-      deform(columns, i, all[i], rotation);
-      if (!turners.empty()) columns.turn_harmonics(i, rotation, turners);
+    for (std::size_t first = begin; first < end; first += kLanes) {
+      const std::size_t count = std::min(kLanes, end - first);
+      ColumnsOfLanes rotations{};
+      for (std::size_t lane = 0; lane < count; ++lane) {
+        const Mat3d rotation = nearest_rotation(all[first + lane]);
+        deform(columns, first + lane, all[first + lane], rotation);
+        const Columns of_lane = columns_of(rotation);
+        for (std::size_t k = 0; k < 3; ++k) {
+          for (std::size_t axis = 0; axis < 3; ++axis) rotations[k][axis][lane] = of_lane[k][axis];
+        }
+      }
+      if (degree > 0) columns.turn_harmonics(first, count, rotations);
     }
   });
   return result;

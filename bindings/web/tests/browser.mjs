@@ -41,15 +41,17 @@ export async function startFirefox(preferences = {}) {
   return browser;
 }
 
-// Serves a page with the module, three.js, Spark and some files, and opens it.
+// Serves a page with the module, three.js and some files, and opens it.
 export async function show(test, text, files = {}) {
   const folder = scratch(test);
   cpSync(path.join(built, 'npm'), path.join(folder, 'npm'), { recursive: true });
-  for (const name of ['three/build/three.module.js', 'three/build/three.core.js', '@sparkjsdev/spark/dist/spark.module.js']) {
-    cpSync(path.join(built, 'node_modules', name), path.join(folder, path.basename(name)));
+  const three = path.join(built, 'node_modules/three');
+  for (const name of ['module', 'core', 'webgpu', 'tsl']) {
+    cpSync(path.join(three, `build/three.${name}.js`), path.join(folder, `three.${name}.js`));
   }
-  const pass = 'postprocessing/Pass.js'; // which Spark takes from three.js's addons
-  cpSync(path.join(built, 'node_modules/three/examples/jsm', pass), path.join(folder, 'addons', pass));
+  for (const name of ['gpgpu', 'loaders', 'objects', 'utils']) { // what the renderer of splats needs
+    cpSync(path.join(three, 'examples/jsm', name), path.join(folder, 'addons', name), { recursive: true });
+  }
   for (const [name, bytes] of Object.entries(files)) writeFileSync(path.join(folder, name), bytes);
   writeFileSync(path.join(folder, 'index.html'), text);
   const server = await serve(folder);

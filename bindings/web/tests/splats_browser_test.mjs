@@ -1,5 +1,5 @@
-// Deformed Gaussian splats in three.js, by Spark's renderer: beside splats made of the deformed surface, and beside
-// splats of which only the centres have moved.
+// Deformed Gaussian splats drawn by three.js: beside splats made of the deformed surface, and beside splats of which only
+// the centres have moved.
 import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import path from 'node:path';
@@ -72,41 +72,34 @@ async function moved(points, session) {
 
 const page = `<!doctype html>
 <script type="importmap">
-  {"imports": {"three": "/three.module.js", "three/addons/": "/addons/", "spark": "/spark.module.js"}}
+  {"imports": {"three": "/three.webgpu.js", "three/webgpu": "/three.webgpu.js", "three/tsl": "/three.tsl.js", "three/addons/": "/addons/"}}
 </script>
 <script type="module">
   import * as THREE from 'three';
-  import { SparkRenderer, SplatMesh } from 'spark';
-  const renderer = new THREE.WebGLRenderer({ antialias: false, preserveDrawingBuffer: true });
+  import { GaussianSplatPLYLoader } from 'three/addons/loaders/GaussianSplatPLYLoader.js';
+  import { GaussianSplat } from 'three/addons/objects/GaussianSplat.js';
+  const renderer = new THREE.WebGPURenderer({ forceWebGL: true });
+  await renderer.init();
   renderer.setSize(200, 200);
-  document.body.append(renderer.domElement);
   const scene = new THREE.Scene();
   scene.background = new THREE.Color(0x404040);
-  const spark = new SparkRenderer({ renderer, accumExtSplats: true, minSortIntervalMs: 0 }); // exact numbers
-  scene.add(spark);
   const camera = new THREE.PerspectiveCamera(40, 1, 0.1, 20);
-  const pause = (ms) => new Promise((done) => setTimeout(done, ms));
   const pictures = {};
   for (const name of ['deformed', 'remade', 'centres']) {
-    const mesh = new SplatMesh({ url: '/' + name + '.ply', extSplats: true });
-    await mesh.initialized;
-    scene.add(mesh);
+    const splats = new GaussianSplat(await new GaussianSplatPLYLoader().loadAsync('/' + name + '.ply'));
+    scene.add(splats);
     pictures[name] = [];
     for (const angle of [0, 2.1, 4.2]) {
       camera.position.set(4.5 * Math.sin(angle), 1, 4.5 * Math.cos(angle));
       camera.lookAt(0, 0, 0);
-      for (let frame = 0; frame < 4 || (spark.sorting && frame < 40); frame += 1) { // sorted in the background
-        renderer.render(scene, camera);
-        await pause(100);
-      }
       renderer.render(scene, camera);
-      const pixels = new Uint8Array(4 * 200 * 200);
-      const gl = renderer.getContext();
-      gl.readPixels(0, 0, 200, 200, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-      pictures[name].push(Array.from(pixels));
+      const canvas = Object.assign(document.createElement('canvas'), { width: 200, height: 200 });
+      document.body.append(canvas);
+      const picture = canvas.getContext('2d');
+      picture.drawImage(renderer.domElement, 0, 0);
+      pictures[name].push(Array.from(picture.getImageData(0, 0, 200, 200).data));
     }
-    scene.remove(mesh);
-    mesh.dispose();
+    scene.remove(splats);
   }
   window.result = pictures;
 </script>`;
@@ -131,10 +124,8 @@ it('deformed splats look as splats of the deformed surface', { skip }, async (te
     const [u, v] = [0, 2].map((k) => sum(sides[k], sides[k + 1], -1).map((x) => (x * size) / (2 * step)));
     return disc(at, u, v, p.color);
   });
-  const deformed = (await deformFile(file(before), 'scene.ply', session))
-    .file;
   const files = {
-    'deformed.ply': deformed,
+    'deformed.ply': (await deformFile(file(before), 'scene.ply', session)).file,
     'remade.ply': file(remade),
     'centres.ply': file(before.map((splat, i) => ({ ...splat, at: ends[5 * i] }))),
   };

@@ -44,7 +44,9 @@ Base generated_base(const ShapeFile& source) {
 
 Base base_of(const ShapeFile& source) {
   if (source.format != "glb" && source.format != "gltf") return generated_base(source);
-  return {source};
+  const bool is_whole = !source.file && source.layout->edits.vertices.empty();
+  if (is_whole) return {source};
+  return {parse_shape(serialize_shape(source.format, source, source.mesh.positions), source.format, "base")};
 }
 
 // What a block's vertices do in one target, in the node's coordinates: differences from the file's values.
@@ -98,7 +100,7 @@ class Morpher {
   Morpher(const ShapeFile& base, const std::vector<Target>& targets)
       : layout_(layout_of<Layout>(base)),
         targets_(targets),
-        document_(gltf::open_document(gltf::glb_bytes(base), layout_, "source")),
+        document_(gltf::open_source(base)),
         edit_(document_, layout_) {}
 
   std::string run(const Track& track) {
@@ -361,8 +363,7 @@ std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targe
     frames.add_target(shape);
   }
   Track track{floats_of(targets.weights), floats_of(targets.times), floats_of(targets.keys), targets.names, {}};
-  const auto document =
-      gltf::open_document(gltf::glb_bytes(frames.base.shape), layout_of<Layout>(frames.base.shape), "source");
+  const gltf::Document document = gltf::open_source(frames.base.shape);
   if (targets.animation < document.root().count("animations")) track.animation = targets.animation;
   const std::string bytes = Morpher(frames.base.shape, frames.targets).run(track);
   return format == "gltf" ? gltf::as_text(bytes) : bytes;

@@ -29,6 +29,8 @@ constexpr std::array<ComponentType, 6> kComponentTypes = {{{5120, NumberType::in
                                                            {5125, NumberType::uint32, 0},
                                                            {5126, NumberType::float32, 0}}};
 
+constexpr std::size_t kElementsAtOnce = std::size_t{1} << 16;
+
 // Elements of `size` bytes in the buffer view that `user` (an accessor, or part of a sparse one) names.
 DenseData find_elements(const Document& document, const Value& user, std::size_t count, std::size_t size) {
   const Value view = document.root().item("bufferViews", user.at("bufferView").whole());
@@ -64,15 +66,13 @@ DenseData find_elements(const Document& document, const Value& user, std::size_t
   return {begin, stride, count == 0 ? begin : begin + (count - 1) * stride + size};
 }
 
-double read_number(const Document& document, std::size_t position, NumberType type) {
-  return read_binary(document.bin.data() + position, type, std::endian::native != std::endian::little);
+double read_number(const char* from, NumberType type) {
+  return read_binary(from, type, std::endian::native != std::endian::little);
 }
 
-void read_element(const Document& document, const Accessor& accessor, std::size_t position, double* to) {
+void read_element(const char* from, const Accessor& accessor, double* to) {
   const std::size_t size = size_of(accessor.type);
-  for (std::size_t c = 0; c < accessor.components; ++c) {
-    to[c] = read_number(document, position + c * size, accessor.type);
-  }
+  for (std::size_t c = 0; c < accessor.components; ++c) to[c] = read_number(from + c * size, accessor.type);
 }
 
 SparseData find_sparse(const Document& document, const Value& sparse, const Accessor& accessor) {
@@ -92,16 +92,33 @@ SparseData find_sparse(const Document& document, const Value& sparse, const Acce
 void replace_sparse(const Document& document, const Value& value, const Accessor& accessor,
                     std::vector<double>& numbers) {
   const SparseData& sparse = *accessor.sparse;
+  const auto bytes_of = [&](const DenseData& data, std::string& buffer) {
+    return document.bin.piece(data.begin, data.end - data.begin, buffer).data();
+  };
+  std::string index_buffer;
+  std::string value_buffer;
+  const char* const indices = bytes_of(sparse.indices, index_buffer);
+  const char* const values = bytes_of(sparse.values, value_buffer);
   double least = 0;
   for (std::size_t i = 0; i < sparse.count; ++i) {
-    const double index = read_number(document, sparse.indices.begin + i * sparse.indices.stride, sparse.index_type);
+    const double index = read_number(indices + i * sparse.indices.stride, sparse.index_type);
     if (index < least || index >= static_cast<double>(accessor.count)) {
       value.fail(fmt::format("sparse index {} is out of order or range; repair the file", index));
     }
     least = index + 1;
-    read_element(document, accessor, sparse.values.begin + i * sparse.values.stride,
+    read_element(values + i * sparse.values.stride, accessor,
                  numbers.data() + static_cast<std::size_t>(index) * accessor.components);
   }
+}
+
+// Divides normalised integers by their maximum.
+void make_real(const Accessor& accessor, std::span<double> numbers) {
+  const auto* const known = std::find_if(kComponentTypes.begin(), kComponentTypes.end(),
+                                         [&](const ComponentType& each) { return each.type == accessor.type; });
+  const double most = known->most;
+  if (!accessor.normalized || most == 0) return;
+  // Rounded, so that what is written as floats in their place is the same number.
+  for (double& number : numbers) number = double{static_cast<float>(std::fmax(number / most, -1.0))};
 }
 
 struct AttributeData {
@@ -307,7 +324,7 @@ Accessor find_accessor(const Document& document, std::size_t index) {
     accessor.dense = find_elements(document, value, accessor.count, accessor.element_size());
   } else if (!value.find("sparse")) {
     value.fail("holds no data; an extension that is not supported may hold it; export it without");
-  } else if (accessor.count > most_elements(document.bytes.size())) {
+  } else if (accessor.count > most_elements(document.size)) {
     value.fail(fmt::format("{} elements are more than the file can hold; the file is damaged", accessor.count));
   }
   if (const std::optional<Value> sparse = value.find("sparse")) {
@@ -316,20 +333,35 @@ Accessor find_accessor(const Document& document, std::size_t index) {
   return accessor;
 }
 
-std::vector<double> read_accessor(const Document& document, std::size_t index, const Accessor& accessor, bool as_real) {
-  std::vector<double> numbers(accessor.count * accessor.components, 0.0);
-  for (std::size_t i = 0; accessor.dense && i < accessor.count; ++i) {
-    read_element(document, accessor, accessor.dense->begin + i * accessor.dense->stride,
-                 numbers.data() + i * accessor.components);
+void read_in_parts(const Document& document, std::size_t index, const Accessor& accessor, bool as_real,
+                   const TakeNumbers& take) {
+  const std::size_t most = accessor.sparse ? accessor.count : kElementsAtOnce;
+  std::string buffer;
+  std::vector<double> numbers;
+  for (std::size_t first = 0; first < accessor.count; first += most) {
+    const std::size_t count = std::min(most, accessor.count - first);
+    numbers.assign(count * accessor.components, 0.0);
+    if (accessor.dense) {
+      const auto& [begin, stride, end] = *accessor.dense;
+      const std::size_t size = (count - 1) * stride + accessor.element_size();
+      const char* const from = document.bin.piece(begin + first * stride, size, buffer).data();
+      for (std::size_t i = 0; i < count; ++i) {
+        read_element(from + i * stride, accessor, numbers.data() + i * accessor.components);
+      }
+    }
+    if (accessor.sparse) replace_sparse(document, document.root().item("accessors", index), accessor, numbers);
+    if (as_real) make_real(accessor, numbers);
+    take(first, numbers);
   }
-  if (accessor.sparse) replace_sparse(document, document.root().item("accessors", index), accessor, numbers);
-  const auto* const known = std::find_if(kComponentTypes.begin(), kComponentTypes.end(),
-                                         [&](const ComponentType& each) { return each.type == accessor.type; });
-  const double most = known->most;
-  if (!as_real || !accessor.normalized || most == 0) return numbers;
-  // Rounded, so that what is written as floats in their place is the same number.
-  for (double& number : numbers) number = double{static_cast<float>(std::fmax(number / most, -1.0))};
-  return numbers;
+}
+
+std::vector<double> read_accessor(const Document& document, std::size_t index, const Accessor& accessor, bool as_real) {
+  std::vector<double> all;
+  all.reserve(accessor.count * accessor.components);
+  read_in_parts(document, index, accessor, as_real, [&](std::size_t, std::span<const double> numbers) {
+    all.insert(all.end(), numbers.begin(), numbers.end());
+  });
+  return all;
 }
 
 bool is_read(const std::string& key) {

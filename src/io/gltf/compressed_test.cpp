@@ -127,6 +127,35 @@ TEST(CompressedGltf, MeshoptIsReadAndWrittenPlain) {
   expect_read(meshopt_sphere().bytes(), "meshopt", sphere_glb().parse(), 0);
 }
 
+TEST(CompressedGltf, SplatsInMeshoptAreReadAsOthers) {
+  Mesh splats;
+  for (int i = 0; i < 50; ++i) splats.positions.push_back({0.25 * i, 1, -0.5 * i});
+  for (const char* name : {"scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "opacity"}) {
+    splats.attributes.push_back({name, Domain::vertex, NumberType::float32, 1, std::vector<double>(50, -1)});
+  }
+  const std::string bytes = serialize_mesh("glb", splats);
+  const GlbFile plain{json_of(bytes), bin_of(bytes)};
+  GlbFile file = plain;
+  file.bin.clear();
+  file.json["bufferViews"] = GlbJson::array();
+  for (std::size_t v = 0; v < plain.json["bufferViews"].size(); ++v) {
+    const std::string elements = view_bytes(plain, v);
+    const std::size_t stride = elements.size() / 50;
+    std::vector<unsigned char> packed(meshopt_encodeVertexBufferBound(50, stride));
+    packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), elements.data(), 50, stride));
+    GlbJson& view = file.json["bufferViews"][file.add_view({packed.begin(), packed.end()})];
+    GlbJson extension = view;
+    extension.update({{"byteStride", stride}, {"count", 50}, {"mode", "ATTRIBUTES"}});
+    view["extensions"]["EXT_meshopt_compression"] = extension;
+    view["byteLength"] = elements.size();
+  }
+  file.json["extensionsUsed"].push_back("EXT_meshopt_compression");
+  const ShapeFile expected = parse_shape(bytes, "glb", "plain.glb");
+  const ShapeFile found = file.parse();
+  EXPECT_EQ(found.mesh.positions, expected.mesh.positions);
+  EXPECT_EQ(found.mesh.attributes, expected.mesh.attributes);
+}
+
 TEST(CompressedGltf, DamagedMeshoptIsRefusedWithItsView) {
   const auto changed = [](const char* key, const GlbJson& value) {
     GlbFile file = meshopt_sphere();

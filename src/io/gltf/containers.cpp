@@ -264,12 +264,14 @@ void read_from(ShapeFile& shape, const std::string& name, const std::filesystem:
   const bool is_container = shape.format == "glb";
   const Parts parts = is_container ? parts_of(shape.bytes, name) : Parts{shape.bytes, {}, 0};
   Collector collector(parts, name, path);
-  if (is_container && !collector.is_needed()) return set_layout(shape, read_scene(shape, shape.bytes, name));
+  if (is_container && !collector.is_needed()) {
+    return set_layout(shape, read_scene(shape, parse_chunks(shape.bytes, name), shape.bytes, name));
+  }
   Wrapping wrapping = collector.run();
   if (names_codec(parts_of(wrapping.glb, name).text)) {
     wrapping.glb = decompressed(std::move(wrapping.glb), name, shape.notes);
   }
-  Layout layout = read_scene(shape, wrapping.glb, name);
+  Layout layout = read_scene(shape, parse_chunks(wrapping.glb, name), wrapping.glb, name);
   const auto full =
       std::count_if(wrapping.buffers.begin(), wrapping.buffers.end(), [](const Buffer& b) { return b.size > 0; });
   if (full > 1) shape.notes.push_back(std::to_string(full) + " buffers are written as one if a vertex moves");
@@ -280,6 +282,15 @@ void read_from(ShapeFile& shape, const std::string& name, const std::filesystem:
 void read(ShapeFile& shape, const std::string& name) { read_from(shape, name, nullptr); }
 
 void read_beside(ShapeFile& shape, const std::filesystem::path& path) { read_from(shape, path.string(), &path); }
+
+// Reads a capture of splats in one binary chunk that is not compressed.
+bool read_in_pieces(ShapeFile& shape, const std::string& name) {
+  std::optional<Layout> layout = layout_of_file(*shape.file);
+  if (!layout || layout->text.find(kSplatting) == std::string::npos) return false;
+  if (Collector({layout->text, {}, layout->chunks[0].begin}, name, nullptr).is_needed()) return false;
+  set_layout(shape, read_scene(shape, *std::move(layout), {}, name));
+  return shape.mesh.face_count() == 0;
+}
 
 // "data:..." as JSON, quotes included, with the words before the bytes that the source has. Those may be anything that
 // a JSON text can be, and so need escapes; base64 needs none.
@@ -363,14 +374,12 @@ std::string as_source(const ShapeFile& source, std::string glb) {
   return glb;
 }
 
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options) {
-  return as_source(source, rewrite_glb(source, positions, normals, options));
-}
-
-std::string with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices) {
-  std::string glb = glb_with_copies(source, vertices);
-  return glb.empty() ? glb : as_source(source, std::move(glb));
+void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+             const WriteOptions& options, const ByteSink& out) {
+  if (!layout_of<Layout>(source).wrapping) return rewrite_glb(source, positions, normals, options, out);
+  std::string glb;
+  rewrite_glb(source, positions, normals, options, [&](std::string_view piece) { glb += piece; });
+  out(as_source(source, std::move(glb)));
 }
 
 std::string remeshed(const NewMesh& shape, const WriteOptions& /*options*/) {
@@ -380,11 +389,8 @@ std::string remeshed(const NewMesh& shape, const WriteOptions& /*options*/) {
 // Notes the images in files of their own that a copy of the source in another folder lacks.
 std::vector<fs::path> copy_beside(const ShapeFile& source, const fs::path& from, const fs::path& to,
                                   const ByteSink& note) {
-  const bool is_container = source.format == "glb";
-  const std::string_view text = is_container ? parts_of(source.bytes, source.format).text
-                                             : std::string_view(source.bytes).substr(mark_size(source.bytes));
-  const Json json = parse_json(text);
-  const Json* const images = json.find("images");
+  const Document document = open_source(source);
+  const Json* const images = document.json.find("images");
   for (const Json& image : images != nullptr && images->is_array() ? images->items() : std::vector<Json>{}) {
     const Json* const uri = image.find("uri");
     if (uri == nullptr || !uri->is_text() || uri->text().starts_with("data:")) continue;
@@ -413,8 +419,9 @@ constexpr Codec container(const char* name, std::string (*generate)(const Mesh&,
   return {.name = name,
           .read = read,
           .read_beside = read_beside,
-          .rewrite = rewrite,
-          .with_copies = with_copies,
+          .read_in_pieces = name == std::string_view("glb") ? read_in_pieces : nullptr,
+          .rewrite_in_pieces = rewrite,
+          .writes_edits = is_one_part,
           .generate = generate,
           .losses = losses,
           .source_losses = source_losses,
@@ -428,11 +435,6 @@ constexpr Codec container(const char* name, std::string (*generate)(const Mesh&,
 }
 
 }  // namespace
-
-std::string_view glb_bytes(const ShapeFile& source) {
-  const std::optional<Wrapping>& wrapping = layout_of<Layout>(source).wrapping;
-  return wrapping ? wrapping->glb : source.bytes;
-}
 
 std::string as_text(const std::string& glb) {
   ShapeFile source;

@@ -235,7 +235,10 @@ class Decompressor {
     return {begin, begin + size};
   }
 
-  std::string_view bytes_of(const Span& span) const { return document_.bin.substr(span.begin, span.end - span.begin); }
+  std::string_view bytes_of(const Span& span) const {
+    std::string none;  // they are in memory
+    return document_.bin.piece(span.begin, span.end - span.begin, none);
+  }
 
   void decode_view(std::size_t v) {
     const Value value = root().item("bufferViews", v);
@@ -274,7 +277,7 @@ class Decompressor {
       wanted.push_back({static_cast<std::uint32_t>(packed.at("attributes").at(member.key.c_str()).whole()),
                         component_type(accessor.at("componentType")), component_count(accessor.at("type"))});
     }
-    const auto mesh = decode_draco(bytes_of(span), wanted, most_elements(document_.bytes.size()));
+    const auto mesh = decode_draco(bytes_of(span), wanted, most_elements(document_.size));
     if (!mesh) packed.fail("cannot be decompressed; the file is damaged");
     for (std::size_t i = 0; i < accessors.size(); ++i) {
       require_count(accessors[i], mesh->vertices);
@@ -316,10 +319,10 @@ class Decompressor {
     const std::vector<Span> cuts = find_cuts();
     std::size_t kept = 0;
     for (const Span& cut : cuts) {
-      bin += document_.bin.substr(kept, cut.begin - kept);
+      bin += bytes_of({kept, cut.begin});
       kept = cut.end;
     }
-    bin += document_.bin.substr(kept);
+    bin += bytes_of({kept, document_.bin.size()});
     Json result = Json::array();
     for (std::size_t v = 0; v < views_.size(); ++v) {
       Json json = without_codecs(views_[v].json);

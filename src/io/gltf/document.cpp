@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 
@@ -88,11 +90,52 @@ Layout parse_chunks(std::string_view bytes, const std::string& name) {
   return layout;
 }
 
-Document open_document(std::string_view bytes, const Layout& layout, const std::string& name) {
+std::optional<Layout> layout_of_file(const SourceFile& file) {
+  constexpr std::size_t kHead = 12;
+  constexpr std::size_t kChunkHead = 8;
+  constexpr std::size_t kMagic = 0x46546C67;
+  const auto number = [&](std::size_t at) {
+    std::array<char, 4> bytes{};
+    file.read(at, bytes);
+    return static_cast<std::size_t>(
+        read_binary(bytes.data(), NumberType::uint32, std::endian::native != std::endian::little));
+  };
+  const bool is_glb = file.size() >= kHead && number(0) == kMagic && number(4) == 2 && number(8) == file.size();
+  if (!is_glb) return std::nullopt;
+  Layout layout;
+  layout.end = kHead;
+  for (const std::size_t type : {kJson, kBin}) {
+    if (file.size() - layout.end < kChunkHead) return std::nullopt;
+    const Chunk chunk{static_cast<std::uint32_t>(type), layout.end + kChunkHead, number(layout.end)};
+    if (number(layout.end + 4) != type || chunk.size > file.size() - chunk.begin) return std::nullopt;
+    layout.chunks.push_back(chunk);
+    layout.end = chunk.begin + chunk.size;
+  }
+  if (layout.end != file.size()) return std::nullopt;
+  layout.bin = 1;
+  layout.text.resize(layout.chunks[0].size);
+  file.read(layout.chunks[0].begin, layout.text);
+  return layout;
+}
+
+std::string_view Bin::piece(std::size_t begin, std::size_t count, std::string& buffer) const {
+  if (file_ == nullptr) return bytes_.substr(begin, count);
+  buffer.resize(count);
+  file_->read(begin_ + begin, buffer);
+  return buffer;
+}
+
+Document open_document(std::string_view bytes, const Layout& layout, const std::string& name, const SourceFile* file) {
   const Chunk& json = layout.chunks.front();
-  Document document{bytes, bytes.substr(json.begin, json.size), {}, {}, {}};
+  Document document;
+  document.bytes = bytes;
+  document.text = file != nullptr ? layout.text : bytes.substr(json.begin, json.size);
+  document.size = file != nullptr ? file->size() : bytes.size();
   document.source = {name, document.text, json.begin};
-  if (layout.bin) document.bin = bytes.substr(layout.chunks[*layout.bin].begin, layout.chunks[*layout.bin].size);
+  if (layout.bin) {
+    const Chunk& bin = layout.chunks[*layout.bin];
+    document.bin = file != nullptr ? Bin(*file, bin) : Bin(bytes.substr(bin.begin, bin.size));
+  }
   document.json = parse_object(document.text, json.begin, name);
   const Value asset = document.root().at("asset");
   for (const char* key : {"version", "minVersion"}) {
@@ -101,6 +144,12 @@ Document open_document(std::string_view bytes, const Layout& layout, const std::
   }
   asset.at("version");
   return document;
+}
+
+Document open_source(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  const std::string_view bytes = layout.wrapping ? layout.wrapping->glb : source.bytes;
+  return open_document(bytes, layout, "source", source.file.get());
 }
 
 Json parse_object(std::string_view text, std::size_t begin, const std::string& name) {

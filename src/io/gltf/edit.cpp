@@ -31,7 +31,17 @@ std::string bound_text(const std::vector<float>& values, std::size_t components,
   return text + "]";
 }
 
-void pad(std::string& bytes, char with) { bytes.resize((bytes.size() + 3) / 4 * 4, with); }
+std::size_t padded(std::size_t size) { return (size + 3) / 4 * 4; }
+
+void pad(std::string& bytes, char with) { bytes.resize(padded(bytes.size()), with); }
+
+// Returns what stands before the contents of a chunk of that size.
+std::string chunk_head(std::uint32_t type, std::size_t size) {
+  std::string bytes;
+  append_number(bytes, NumberType::uint32, static_cast<double>(padded(size)));
+  append_number(bytes, NumberType::uint32, type);
+  return bytes;
+}
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
@@ -148,24 +158,25 @@ void append_number(std::string& bytes, NumberType type, double value) {
 }
 
 void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents) {
-  const std::size_t size = (contents.size() + 3) / 4 * 4;
-  append_number(bytes, NumberType::uint32, static_cast<double>(size));
-  append_number(bytes, NumberType::uint32, type);
+  bytes += chunk_head(type, contents.size());
   bytes += contents;
   pad(bytes, type == kJson ? ' ' : '\0');
 }
 
-std::string with_header(std::string chunks) {
-  if (chunks.size() > std::numeric_limits<std::uint32_t>::max() - 16) {
+std::string file_header(std::size_t chunks_size) {
+  if (chunks_size > std::numeric_limits<std::uint32_t>::max() - 16) {
     throw InvalidInput("the shape does not fit in a GLB file, which holds at most 4 GiB; use another format");
   }
   std::string bytes = "glTF";
   append_number(bytes, NumberType::uint32, 2);
-  append_number(bytes, NumberType::uint32, static_cast<double>(12 + chunks.size()));
-  return std::move(chunks.insert(0, bytes));
+  append_number(bytes, NumberType::uint32, static_cast<double>(12 + chunks_size));
+  return bytes;
 }
 
-Edit::Edit(const Document& document, const Layout& layout) : document_(document), layout_(layout), bin_(document.bin) {
+std::string with_header(std::string chunks) { return std::move(chunks.insert(0, file_header(chunks.size()))); }
+
+Edit::Edit(const Document& document, const Layout& layout)
+    : document_(document), layout_(layout), bin_size_(document.bin.size()) {
   const std::vector<Member> top = members(document.text, root_span(document.text));
   for (const char* key : {"accessors", "bufferViews", "buffers", "meshes", "nodes"}) {
     const auto found = std::find_if(top.begin(), top.end(), [&](const Member& m) { return m.key == key; });
@@ -199,10 +210,11 @@ std::vector<Patch> Edit::attribute_patches(std::size_t mesh, const std::vector<s
   return patches;
 }
 
-void Edit::overwrite(std::size_t position, float value) {
-  std::string bytes;
-  append_number(bytes, NumberType::float32, double{value});
-  bin_.replace(position, bytes.size(), bytes);
+void Edit::overwrite(const DenseData& data, const NewElements& elements) { overwrites_.push_back({data, &elements}); }
+
+bool Edit::has_bounds(std::size_t accessor) const {
+  const Span object = item("accessors", accessor);
+  return member(document_.text, object, "min") || member(document_.text, object, "max");
 }
 
 void Edit::set_bounds(std::size_t accessor, const std::vector<float>& values, std::size_t components) {
@@ -230,11 +242,16 @@ std::size_t Edit::append_elements(std::string_view elements, std::size_t stride,
 }
 
 std::size_t Edit::append_view(std::string_view elements, std::size_t stride, std::size_t target) {
-  pad(bin_, '\0');
-  const std::size_t begin = bin_.size();
-  bin_ += elements;
+  const auto write = [bytes = std::string(elements)](const ByteSink& out) { out(bytes); };
+  return append_view({elements.size(), write}, stride, target);
+}
+
+std::size_t Edit::append_view(LazyBytes elements, std::size_t stride, std::size_t target) {
+  const std::size_t begin = padded(bin_size_);
+  bin_size_ = begin + elements.size;
+  appended_.push_back(std::move(elements));
   const std::size_t view = next_number("bufferViews", unused_.views);
-  views_.push_back({view, {begin, bin_.size()}, stride, target});
+  views_.push_back({view, {begin, bin_size_}, stride, target});
   return view;
 }
 
@@ -284,15 +301,15 @@ void Edit::copy_mesh(std::size_t node, std::size_t mesh, std::vector<Patch> patc
 }
 
 // Bytes that only views with new numbers held go, and what follows them moves forward.
-void Edit::cut_bytes() {
-  if (views_.empty()) return;
+Cuts Edit::cut_bytes() {
+  if (views_.empty()) return {};
   const std::vector<Member>& old = array("bufferViews").items;
   std::vector<bool> is_replaced(old.size(), false);
   for (const View& view : views_) {
     if (view.index < old.size()) is_replaced[view.index] = true;
   }
-  const Cuts cuts(document_, is_replaced);
-  if (cuts.empty()) return;
+  Cuts cuts(document_, is_replaced);
+  if (cuts.empty()) return cuts;
   const Value root = document_.root();
   for (std::size_t v = 0; v < old.size(); ++v) {
     const std::optional<Span> offset = member(document_.text, old[v].value, "byteOffset");
@@ -302,7 +319,8 @@ void Edit::cut_bytes() {
     if (cuts.moved(begin) != begin) patches_.push_back({*offset, std::to_string(cuts.moved(begin))});
   }
   for (View& view : views_) view.bytes = {cuts.moved(view.bytes.begin), cuts.moved(view.bytes.end)};
-  bin_ = cuts.applied(bin_);
+  bin_size_ -= cuts.size();
+  return cuts;
 }
 
 void Edit::put_views() {
@@ -315,26 +333,86 @@ void Edit::put_views() {
   }
 }
 
+void Edit::put_over(const Overwrite& overwrite, std::size_t begin, std::string& piece) {
+  const auto& [components, elements, values] = *overwrite.elements;
+  const auto begin_of = [&](std::uint32_t i) { return overwrite.data.begin + i * overwrite.data.stride; };
+  const auto first = std::partition_point(elements.begin(), elements.end(), [&](std::uint32_t i) {
+    return begin_of(i) + components * sizeof(float) <= begin;
+  });
+  std::string bytes(components * sizeof(float), '\0');
+  for (auto next = first; next != elements.end() && begin_of(*next) < begin + piece.size(); ++next) {
+    const float* const from = values.data() + static_cast<std::size_t>(next - elements.begin()) * components;
+    for (std::size_t c = 0; c < components; ++c) {
+      put_float(bytes, c * sizeof(float), double{from[c]}, std::endian::little);
+    }
+    const std::size_t at = begin_of(*next);
+    const std::size_t skipped = std::max(at, begin) - at;
+    const std::size_t count = std::min(at + bytes.size(), begin + piece.size()) - at - skipped;
+    std::copy_n(bytes.data() + skipped, count, piece.data() + (at + skipped - begin));
+  }
+}
+
+void Edit::write_bin(const Cuts& cuts, const ByteSink& out) const {
+  constexpr std::size_t most = std::size_t{1} << 20;
+  std::size_t written = 0;
+  const auto pass_on = [&](std::string_view bytes) {
+    written += bytes.size();
+    out(bytes);
+  };
+  const auto fill = [&] { pass_on(std::string_view("\0\0\0", padded(written) - written)); };
+  std::string buffer;
+  std::string piece;
+  for (const Span& span : cuts.rest(document_.bin.size())) {
+    for (std::size_t begin = span.begin; begin < span.end; begin += piece.size()) {
+      piece = document_.bin.piece(begin, std::min(most, span.end - begin), buffer);
+      for (const Overwrite& overwrite : overwrites_) put_over(overwrite, begin, piece);
+      pass_on(piece);
+    }
+  }
+  for (const LazyBytes& bytes : appended_) {
+    fill();
+    bytes.write(pass_on);
+  }
+  fill();
+}
+
 std::string Edit::finish() {
-  cut_bytes();
+  std::string bytes;
+  reserve_large(bytes, document_.size - document_.bin.size() + bin_size_);
+  finish([&](std::string_view piece) { bytes += piece; });
+  return bytes;
+}
+
+void Edit::finish(const ByteSink& out) {
+  const Cuts cuts = cut_bytes();
   put_views();
   for (const Array& array : arrays_) {
     if (!array.appended.empty()) patches_.push_back(appended_item(document_.text, array.span, array.appended));
   }
   if (!views_.empty()) {  // also where there are as many bytes as before: the buffer may have been declared shorter
-    patches_.push_back({*member(document_.text, item("buffers", 0), "byteLength"), std::to_string(bin_.size())});
+    patches_.push_back({*member(document_.text, item("buffers", 0), "byteLength"), std::to_string(bin_size_)});
   }
   std::string json = patched(document_.text, std::move(patches_));
   while (json.back() == ' ' || json.back() == '\0') json.pop_back();
-  std::string chunks;
-  chunks.reserve(document_.bytes.size() - document_.bin.size() + json.size() + bin_.size());
+  const auto is_bin = [&](std::size_t i) { return layout_.bin == i; };
+  const auto size_of_chunk = [&](std::size_t i) {
+    return i == 0 ? json.size() : is_bin(i) ? bin_size_ : layout_.chunks[i].size;
+  };
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < layout_.chunks.size(); ++i) size += chunk_head(0, 0).size() + padded(size_of_chunk(i));
+  out(file_header(size));
   for (std::size_t i = 0; i < layout_.chunks.size(); ++i) {
     const Chunk& chunk = layout_.chunks[i];
-    const bool is_bin = layout_.bin == i;
-    const std::string_view kept = document_.bytes.substr(chunk.begin, chunk.size);
-    append_chunk(chunks, chunk.type, i == 0 ? json : (is_bin ? bin_ : kept));
+    if (is_bin(i)) {
+      out(chunk_head(chunk.type, bin_size_));
+      write_bin(cuts, out);
+      continue;
+    }
+    std::string bytes;
+    append_chunk(bytes, chunk.type, i == 0 ? json : document_.bytes.substr(chunk.begin, chunk.size));
+    out(bytes);
   }
-  return with_header(std::move(chunks)).append(document_.bytes.substr(layout_.end));
+  if (!document_.bytes.empty()) out(document_.bytes.substr(layout_.end));
 }
 
 bool is_understood(const std::string& extension) {
@@ -499,14 +577,14 @@ std::size_t Cuts::moved(std::size_t position) const {
   return next == spans_.begin() ? position : position - through_[static_cast<std::size_t>(next - spans_.begin()) - 1];
 }
 
-std::string Cuts::applied(std::string_view bytes) const {
-  std::string result;
-  std::size_t copied = 0;
+std::vector<Span> Cuts::rest(std::size_t size) const {
+  std::vector<Span> result;
+  std::size_t begin = 0;
   for (const Span& cut : spans_) {
-    result += bytes.substr(copied, cut.begin - copied);
-    copied = cut.end;
+    result.push_back({begin, cut.begin});
+    begin = cut.end;
   }
-  result += bytes.substr(copied);
+  result.push_back({begin, size});
   return result;
 }
 

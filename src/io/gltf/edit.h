@@ -2,6 +2,8 @@
 // vertices of a mesh as its primitives hold them.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <set>
@@ -36,8 +38,11 @@ class Cuts {
   // Returns the new position of a byte that stays.
   std::size_t moved(std::size_t position) const;
 
-  // Returns the bytes that stay.
-  std::string applied(std::string_view bytes) const;
+  // Returns how many bytes are removed.
+  std::size_t size() const { return through_.empty() ? 0 : through_.back(); }
+
+  // Returns the bytes of the first `size` that stay.
+  std::vector<Span> rest(std::size_t size) const;
 
  private:
   void subtract(Span range, const std::vector<Span>& kept);
@@ -49,6 +54,19 @@ class Cuts {
 
 inline constexpr std::size_t kVertexData = 34962;  // targets of buffer views
 inline constexpr std::size_t kIndexData = 34963;
+
+// New numbers of some elements of an accessor.
+struct NewElements {
+  std::size_t components = 3;
+  std::vector<std::uint32_t> elements;  // ascending
+  std::vector<float> values;            // `components` for each
+};
+
+// Bytes that are made when they are written.
+struct LazyBytes {
+  std::size_t size = 0;
+  std::function<void(const ByteSink&)> write;
+};
 
 class Edit {
  public:
@@ -64,8 +82,11 @@ class Edit {
 
   void patch(const std::vector<Patch>& patches) { patches_.insert(patches_.end(), patches.begin(), patches.end()); }
 
-  // Writes a float at that byte of the binary chunk.
-  void overwrite(std::size_t position, float value);
+  // Writes these elements, which must outlive this, over those that `data` describes.
+  void overwrite(const DenseData& data, const NewElements& elements);
+
+  // Returns whether the accessor has a min or max.
+  bool has_bounds(std::size_t accessor) const;
 
   // Sets the min and max of the accessor, if it has them, to those of these values.
   void set_bounds(std::size_t accessor, const std::vector<float>& values, std::size_t components);
@@ -84,6 +105,7 @@ class Edit {
 
   // Appends elements as a new view and returns its index. A target of 0: none is stated.
   std::size_t append_view(std::string_view elements, std::size_t stride, std::size_t target);
+  std::size_t append_view(LazyBytes elements, std::size_t stride, std::size_t target);
 
   // Appends an accessor, the text of a JSON object, and returns its index.
   std::size_t append_accessor(const std::string& text);
@@ -94,7 +116,8 @@ class Edit {
   // Gives a node a mesh of its own: a copy with these patches, which are within the text of the old one.
   void copy_mesh(std::size_t node, std::size_t mesh, std::vector<Patch> patches);
 
-  // The file. Throws InvalidInput where it would exceed 4 GiB.
+  // Passes on the file, piece by piece. Throws InvalidInput where it would exceed 4 GiB, before the first piece.
+  void finish(const ByteSink& out);
   std::string finish();
 
  private:
@@ -116,8 +139,15 @@ class Edit {
     std::size_t target = 0;
   };
 
+  struct Overwrite {
+    DenseData data;
+    const NewElements* elements;
+  };
+
   void put_views();
-  void cut_bytes();
+  Cuts cut_bytes();
+  void write_bin(const Cuts& cuts, const ByteSink& out) const;
+  static void put_over(const Overwrite& overwrite, std::size_t begin, std::string& piece);
 
   Array& array(const char* key);
   const Array& array(const char* key) const;
@@ -133,7 +163,9 @@ class Edit {
   std::vector<Array> arrays_;
   std::map<std::size_t, std::vector<Member>> primitives_;  // of the meshes that were asked for
   std::vector<Patch> patches_;
-  std::string bin_;
+  std::vector<Overwrite> overwrites_;
+  std::vector<LazyBytes> appended_;  // to the binary chunk, each at a multiple of four bytes
+  std::size_t bin_size_;
   Unused unused_;
   std::vector<View> views_;
 };
@@ -141,7 +173,8 @@ class Edit {
 // Appends a chunk, padded to a multiple of four bytes.
 void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents);
 
-// The header and the chunks of a file. Throws InvalidInput where it would exceed 4 GiB.
+// The header of a file, and with its chunks. Throw InvalidInput where the file would exceed 4 GiB.
+std::string file_header(std::size_t chunks_size);
 std::string with_header(std::string chunks);
 
 // "[1,2.5]": the least, or greatest, of each component, in a form that reads back as the same number. What is not

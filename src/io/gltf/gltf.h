@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -88,10 +89,12 @@ struct Layout {
   std::vector<Block> blocks;  // the vertices in the mesh's order
   std::vector<Faces> faces;   // in the mesh's order; each goes on to where the next one begins
   std::optional<Wrapping> wrapping;
+  std::string text;  // the JSON of a file that is not in memory
 };
 
-// Returns the GLB file that a source was read as; the source must outlive it.
-std::string_view glb_bytes(const ShapeFile& source);
+// Returns the layout of a file that is not read into memory, without the blocks; nothing if the file holds other than a
+// JSON and a binary chunk.
+std::optional<Layout> layout_of_file(const SourceFile& file);
 
 // Returns the text as a JSON object. Throws InvalidInput for what parse_json refuses and for other values than objects;
 // `begin`, the byte of the file where the text begins, is for messages.
@@ -189,11 +192,31 @@ inline constexpr std::size_t kTriangles = 4;
 inline constexpr std::size_t kTriangleStrip = 5;
 inline constexpr std::size_t kTriangleFan = 6;
 
+// The contents of a binary chunk, in memory or in a file.
+class Bin {
+ public:
+  Bin() = default;
+  explicit Bin(std::string_view bytes) : bytes_(bytes), size_(bytes.size()) {}
+  Bin(const SourceFile& file, const Chunk& chunk) : file_(&file), begin_(chunk.begin), size_(chunk.size) {}
+
+  std::size_t size() const { return size_; }
+
+  // Returns these bytes; `buffer` holds those of a file.
+  std::string_view piece(std::size_t begin, std::size_t count, std::string& buffer) const;
+
+ private:
+  std::string_view bytes_;
+  const SourceFile* file_ = nullptr;
+  std::size_t begin_ = 0;  // in the file
+  std::size_t size_ = 0;
+};
+
 // A GLB file opened.
 struct Document {
-  std::string_view bytes;  // of the file
+  std::string_view bytes;  // of the file; empty if it is not in memory
   std::string_view text;   // its JSON
-  std::string_view bin;    // its binary chunk; empty without one
+  Bin bin;                 // its binary chunk; empty without one
+  std::size_t size = 0;    // of the file
   Json json;
   Source source;  // for messages
 
@@ -203,8 +226,12 @@ struct Document {
 // The chunks of the file; the blocks stay empty. Throws InvalidInput that names the byte.
 Layout parse_chunks(std::string_view bytes, const std::string& name);
 
-// The document; `bytes` must outlive it. Checks the version.
-Document open_document(std::string_view bytes, const Layout& layout, const std::string& name);
+// The document of a GLB file in memory, or of `file`; what is given must outlive it. Checks the version.
+Document open_document(std::string_view bytes, const Layout& layout, const std::string& name,
+                       const SourceFile* file = nullptr);
+
+// The document that a source was read as, which must outlive it.
+Document open_source(const ShapeFile& source);
 
 // Where an accessor's elements are: element i at begin + i * stride of the binary chunk.
 struct DenseData {
@@ -242,6 +269,11 @@ Accessor find_accessor(const Document& document, std::size_t index);
 // Returns the accessor's numbers, `components` for each element. With `as_real`, normalised integers are divided by
 // their maximum (rounded to float). Throws InvalidInput for sparse indices out of order.
 std::vector<double> read_accessor(const Document& document, std::size_t index, const Accessor& accessor, bool as_real);
+
+// Passes these numbers on in parts, each with the number of its first element.
+using TakeNumbers = std::function<void(std::size_t first, std::span<const double> numbers)>;
+void read_in_parts(const Document& document, std::size_t index, const Accessor& accessor, bool as_real,
+                   const TakeNumbers& take);
 
 // The vertices and corners that a file of that many bytes may have.
 inline std::size_t most_elements(std::size_t bytes) { return (std::size_t{1} << 21) + 4 * bytes; }
@@ -285,11 +317,10 @@ struct SplatNumbers {
   std::vector<float> values;
 };
 
-// Returns the attributes of these splats of a mesh, in local coordinates. changed: attributes that have other values
-// than the mesh; those of the splats begin at number `first`.
+// Returns the attributes of these splats of a mesh, ascending, in local coordinates. options: those that have other
+// values than in the mesh.
 std::vector<SplatNumbers> local_splats(const Placement& placement, const Mesh& mesh,
-                                       std::span<const std::uint32_t> splats, std::span<const Attribute> changed = {},
-                                       std::size_t first = 0);
+                                       std::span<const std::uint32_t> splats, const WriteOptions& options = {});
 
 // Returns the direction of a vector; zero for the zero vector and for one that is not finite.
 Vec3d direction(const Vec3d& v);
@@ -313,13 +344,14 @@ std::vector<Instance> find_instances(const Document& document, std::vector<std::
 // minus what the file holds), "color" (3 or 4, in the type of the file) and "tangent" (4), each if some primitive has
 // it, and those of splats. Throws InvalidInput also for what cannot be read without another file or a decoder. Vertices
 // and corners may not exceed 2^21 plus four for each byte of the file (a small file can place one mesh very often).
-Layout read_scene(ShapeFile& shape, std::string_view glb, const std::string& name);
+// layout: that of the file, without blocks. glb: its bytes, unless the shape has a file.
+Layout read_scene(ShapeFile& shape, Layout layout, std::string_view glb, const std::string& name);
 
 // The functions of both containers' codecs for the GLB file. Of the options only the changed attributes count.
-std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                        const WriteOptions& options);
-// Returns the GLB file with copies of these splats after the last one; empty if it has several parts with vertices.
-std::string glb_with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices);
+void rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                 const WriteOptions& options, const ByteSink& out);
+// Returns whether one primitive at one node holds all vertices of the file.
+bool is_one_part(const ShapeFile& source);
 std::string generate_glb(const Mesh& mesh, const WriteOptions& options);
 std::string remeshed_glb(const NewMesh& shape);
 std::vector<std::string> losses(const Mesh& mesh);

@@ -1,25 +1,27 @@
-// Reading glTF: the triangles of a GLB file's scene.
+// Reading glTF: the triangles of a GLB file's scene, and what it holds besides.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "io/gltf/edit.h"
 #include "io/gltf/gltf.h"
 #include "io/mesh_builder.h"
 #include "io/text.h"
 #include "knead/error.h"
+#include "knead/splats.h"
 
 namespace knead::io_detail::gltf {
 namespace {
 
 class Reader {
  public:
-  Reader(ShapeFile& shape, std::string_view glb, const std::string& name)
+  Reader(ShapeFile& shape, Layout layout, std::string_view glb, const std::string& name)
       : shape_(shape),
-        layout_(parse_chunks(glb, name)),
-        document_(open_document(glb, layout_, name)),
+        layout_(std::move(layout)),
+        document_(open_document(glb, layout_, name, shape.file.get())),
         faces_(shape.mesh) {}
 
   Layout run() {
@@ -48,7 +50,7 @@ class Reader {
 
   // Bounds what a small file unfolds into.
   void take(std::size_t elements) {
-    const std::size_t most = most_elements(document_.bytes.size());
+    const std::size_t most = most_elements(document_.size);
     if (elements > most || taken_ > most - elements) {
       throw InvalidInput(Place{document_.source.file},
                          fmt::format("its nodes unfold into more than {} vertices and corners, too many for a file of "
@@ -202,8 +204,8 @@ class Reader {
     say(morphed_, "primitive has morph targets, whose displacements stay as they are",
         "primitives have morph targets, whose displacements stay as they are");
     if (shape_.mesh.face_count() == 0) notes.push_back("a point cloud: there are no faces");
-    if (layout_.end < document_.bytes.size()) {
-      notes.push_back(counted(document_.bytes.size() - layout_.end, "byte follows", "bytes follow") +
+    if (layout_.end < document_.size) {
+      notes.push_back(counted(document_.size - layout_.end, "byte follows", "bytes follow") +
                       " the end of the shape and is kept");
     }
   }
@@ -218,10 +220,50 @@ class Reader {
   std::size_t incomplete_ = 0;
 };
 
+struct Kind {
+  const char* key;  // of an array at the top of the file
+  const char* loss;
+};
+
+constexpr Kind kKinds[] = {{"materials", "materials are left out"},   {"textures", "textures are left out"},
+                           {"animations", "animations are left out"}, {"skins", "skeletons are left out"},
+                           {"cameras", "cameras are left out"},       {"extensionsUsed", "extensions are left out"}};
+
+void add_primitive_losses(const Value& primitive, std::set<std::string>& losses) {
+  if (primitive.count("targets") > 0) losses.insert("morph targets are left out");
+  const std::size_t mode = primitive.whole("mode").value_or(kTriangles);
+  if (mode != kPoints && mode < kTriangles) losses.insert("lines are left out");
+  for (const auto& [key, accessor] : primitive.at("attributes").json().members()) {
+    if (!is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out");
+  }
+}
+
 }  // namespace
 
-Layout read_scene(ShapeFile& shape, std::string_view glb, const std::string& name) {
-  return Reader(shape, glb, name).run();
+Layout read_scene(ShapeFile& shape, Layout layout, std::string_view glb, const std::string& name) {
+  return Reader(shape, std::move(layout), glb, name).run();
+}
+
+std::vector<std::string> source_losses(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  const Document document = open_source(source);
+  const Value root = document.root();
+  std::vector<std::string> losses;
+  for (const Kind& kind : kKinds) {
+    const bool is_kept =
+        kind.key == std::string_view("extensionsUsed") && are_splats(source.mesh) && root.count(kind.key) == 1;
+    if (root.find(kind.key) && !is_kept) losses.emplace_back(kind.loss);
+  }
+  if (root.count("nodes") > 1) losses.emplace_back("the tree of nodes is left out; every mesh is placed where it is");
+  if (document.text.find("\"extras\"") != std::string_view::npos) losses.emplace_back("extras are left out");
+  std::set<std::string> more;
+  for (const Block& block : layout.blocks) {
+    for (const std::size_t p : block.primitives) {
+      add_primitive_losses(root.item("meshes", block.mesh).item("primitives", p), more);
+    }
+  }
+  losses.insert(losses.end(), more.begin(), more.end());
+  return losses;
 }
 
 }  // namespace knead::io_detail::gltf

@@ -481,7 +481,7 @@ void refuse_bound_vertices(const Layout& layout, const Document& document) {
 
 std::string remeshed_glb(const NewMesh& shape) {
   const Layout& layout = layout_of<Layout>(shape.source);
-  const Document document = open_document(glb_bytes(shape.source), layout, "source");
+  const Document document = open_source(shape.source);
   refuse_bound_vertices(layout, document);
   return Remesher(shape, document).run();
 }
@@ -498,7 +498,7 @@ std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
 
 std::vector<std::string> remesh_losses(const ShapeFile& source) {
   const Layout& layout = layout_of<Layout>(source);
-  const Document document = open_document(glb_bytes(source), layout, "source");
+  const Document document = open_source(source);
   refuse_bound_vertices(layout, document);
   std::set<std::string> losses;
   std::vector<bool> has_faces(layout.blocks.size(), false);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <random>
 
 #include "io/codec.h"
@@ -358,6 +359,56 @@ TEST(GltfSplats, WhatIsDamagedOrUnknownIsRefused) {
   expect_refused("had logarithms", [&](GlbFile& f) { float_at(f, "SCALE", -3); });
   expect_refused("not finite", [&](GlbFile& f) { float_at(f, "ROTATION", NAN); });
   expect_refused("no item 99", [&](GlbFile& f) { f.primitive()["attributes"][kKey + "SCALE"] = 99; });
+}
+
+// A large capture is not kept in memory: all that is written is as of one that is.
+TEST(GltfSplats, AreReadAndWrittenInPieces) {
+  const test::Scratch folder("gltf_splats");
+  const std::filesystem::path path = folder.path() / "capture.glb";
+  const std::filesystem::path out = folder.path() / "out.glb";
+  const auto bytes_in_pieces = [&](const ShapeFile& shape, const auto&... more) {
+    write_shape(out, shape, more...);
+    return read_shape(out).bytes;
+  };
+  constexpr ReadOptions in_pieces{.most_kept_bytes = 0};
+  const Session session = parse_session(kBend, "bend.knead");
+  for (const bool is_long : {false, true}) {
+    Mesh mesh = random_splats(70'000, 0);  // more than are read at a time
+    for (Attribute& attribute : mesh.attributes) {
+      if (attribute.name.starts_with("scale_") && !is_long) attribute.values.assign(mesh.vertex_count(), -8);
+    }
+    write_mesh(path, mesh);
+    ShapeFile whole = read_shape(path);
+    ShapeFile pieces = read_shape(path, in_pieces);
+    EXPECT_FALSE(whole.bytes.empty());
+    EXPECT_TRUE(pieces.bytes.empty());
+    EXPECT_EQ(pieces.mesh.positions, whole.mesh.positions);
+    EXPECT_EQ(pieces.mesh.attributes, whole.mesh.attributes);
+    EXPECT_EQ(pieces.notes, whole.notes);
+    EXPECT_EQ(bytes_in_pieces(pieces, pieces.mesh.positions), whole.bytes);
+    EXPECT_EQ(split_splats(whole, session, {}, std::nullopt), is_long);
+    split_splats(pieces, session, {}, std::nullopt);
+    const DeformedShape shape = replay(borrow(whole.mesh), session).shape;
+    write_deformed(out, pieces, shape);
+    const std::string expected = serialize_deformed("glb", whole, shape);
+    EXPECT_TRUE(read_shape(out).bytes == expected);
+    expect_same_splats(read_shape(out).mesh, bent(as_ply(whole.mesh)).mesh);
+    const auto animated = [&](const ShapeFile& source) {
+      AnimationFile file(out, source, {2, 24});
+      for (const std::vector<Vec3d>& frame : {source.mesh.positions, shape.positions()}) file.add(frame);
+      file.finish();
+      return read_shape(out);
+    };
+    const ShapeFile frames = animated(pieces);
+    EXPECT_EQ(frames.mesh.vertex_count(), whole.mesh.vertex_count());
+    EXPECT_TRUE(frames.bytes == animated(whole).bytes);
+  }
+  const auto write_bytes = [&](const std::string& bytes) { write_file_atomically(path, bytes); };
+  GlbFile file = opened(as_glb(random_splats(20, 1)));
+  write_bytes(file.bytes() + "rest");
+  EXPECT_FALSE(read_shape(path, in_pieces).bytes.empty());
+  write_mesh(path, make_shape(ShapeKind::sphere, 100));
+  EXPECT_FALSE(read_shape(path, in_pieces).bytes.empty());
 }
 
 // Sizes of 0, opacities of 0 and 1: they stay as they are.

@@ -1,4 +1,4 @@
-// Writing glTF: a new GLB file, or the bytes of one with some numbers replaced; and what such files leave out.
+// Writing glTF: a new GLB file, or the bytes of one with some numbers replaced.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -205,18 +205,16 @@ class Generator {
   std::string bin_;
 };
 
-// New values of one attribute of a block.
+// New values of one attribute of a block, local: those that differ from the file.
 struct Change {
   std::string key;
   std::size_t accessor = 0;
-  std::size_t components = 3;
-  std::vector<float> values;          // of the whole accessor, local
-  std::vector<std::size_t> elements;  // that differ from the file
+  NewElements now;
 };
 
 bool same_values(const Change& a, const Change& b) {
-  return a.accessor == b.accessor && a.values.size() == b.values.size() &&
-         std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) == 0;
+  return a.accessor == b.accessor && a.now.elements == b.now.elements &&
+         std::memcmp(a.now.values.data(), b.now.values.data(), a.now.values.size() * sizeof(float)) == 0;
 }
 
 using Changes = std::vector<Change>;  // of a block, by key
@@ -248,7 +246,12 @@ class Comparison {
  public:
   Comparison(const ShapeFile& source, const Document& document, std::span<const Vec3d> positions,
              std::span<const Vec3d> normals, const WriteOptions& options)
-      : source_(source), document_(document), positions_(positions), normals_(normals), options_(options) {
+      : source_(source),
+        document_(document),
+        edits_(source.layout->edits),
+        positions_(positions),
+        normals_(normals),
+        options_(options) {
     if (normals.empty()) return;
     old_normals_ = vectors_of(source.mesh, "normal");
     old_tangents_ = vectors_of(source.mesh, "tangent");
@@ -259,14 +262,14 @@ class Comparison {
     const Mat3d& linear = block.placement.linear;
     const Mat3d transposed(linear.column(0), linear.column(1), linear.column(2));
     Changes changes;
-    add(changes, compared("POSITION", block.position, source_.mesh.positions, positions_, block,
+    add(changes, compared("POSITION", block.position, source_.mesh.positions, positions_, block, edits_.vertices,
                           [&](const Vec3d& p) { return block.placement.inverse * (p - block.placement.offset); }));
     if (!normals_.empty() && block.normal) {
-      add(changes, compared("NORMAL", *block.normal, old_normals_, normals_, block,
+      add(changes, compared("NORMAL", *block.normal, old_normals_, normals_, block, {},
                             [&](const Vec3d& n) { return direction(transposed * n); }));
     }
     if (!tangents_.empty() && block.normal && block.tangent) {
-      add(changes, compared("TANGENT", *block.tangent, old_tangents_, tangents_, block,
+      add(changes, compared("TANGENT", *block.tangent, old_tangents_, tangents_, block, {},
                             [&](const Vec3d& t) { return direction(block.placement.inverse * t); }));
     }
     if (!block.splats.empty()) add_splats(changes, block);
@@ -275,81 +278,90 @@ class Comparison {
 
  private:
   static void add(Changes& changes, Change change) {
-    if (!change.elements.empty()) changes.push_back(std::move(change));
+    if (!change.now.elements.empty()) changes.push_back(std::move(change));
   }
 
   void add_splats(Changes& changes, const Block& block) const {
     const std::span<const std::uint32_t> all = options_.changed;
     const auto begin = std::lower_bound(all.begin(), all.end(), block.first);
-    const auto end = std::lower_bound(begin, all.end(), block.first + block.count);
-    const auto first = static_cast<std::size_t>(begin - all.begin());
-    const std::span<const std::uint32_t> splats(begin, end);
+    const auto end = std::lower_bound(begin, all.end(), block.first + block.count + edits_.copied.size());
+    std::vector<std::uint32_t> splats;
+    std::set_union(begin, end, edits_.vertices.begin(), edits_.vertices.end(), std::back_inserter(splats));
     if (splats.empty()) return;
-    for (const SplatNumbers& now : local_splats(block.placement, source_.mesh, splats, options_.attributes, first)) {
-      const auto accessor = block.splats.find(now.key);
+    const std::vector<SplatNumbers> all_numbers = local_splats(block.placement, source_.mesh, splats, options_);
+    for (std::uint32_t& splat : splats) splat -= static_cast<std::uint32_t>(block.first);
+    for (const SplatNumbers& numbers : all_numbers) {
+      const auto accessor = block.splats.find(numbers.key);
       if (accessor == block.splats.end()) continue;
-      Change change = unchanged(now.key, accessor->second);
-      for (std::size_t k = 0; k < splats.size(); ++k) {
-        const std::size_t element = splats[k] - block.first;
-        const float* const from = now.values.data() + k * change.components;
-        float* const to = change.values.data() + element * change.components;
-        if (std::equal(from, from + change.components, to)) continue;
-        std::copy_n(from, change.components, to);
-        change.elements.push_back(element);
-      }
-      add(changes, std::move(change));
+      const std::size_t n = numbers.names.size();
+      add(changes, changed(numbers.key, accessor->second, splats, [&](std::size_t k, std::span<float> to) {
+            std::copy_n(numbers.values.data() + k * n, n, to.begin());
+          }));
     }
   }
 
-  // The numbers that the file has.
-  Change unchanged(const std::string& key, std::size_t index) const {
-    Change change;
-    change.key = key;
-    change.accessor = index;
-    const Accessor accessor = find_accessor(document_, index);
-    change.components = accessor.components;
-    for (const double value : read_accessor(document_, index, accessor, true)) {
-      change.values.push_back(static_cast<float>(value));
-    }
-    return change;
-  }
-
+  // edited: vertices that differ from the file even if nothing moved them.
   template <class ToLocal>
   Change compared(const char* key, std::size_t index, std::span<const Vec3d> before, std::span<const Vec3d> after,
-                  const Block& block, ToLocal to_local) const {
-    bool is_equal = true;
-    for (std::size_t i = block.first; is_equal && i < block.first + block.count; ++i) is_equal = before[i] == after[i];
-    if (is_equal) return {};
-    Change change = unchanged(key, index);
-    for (std::size_t i = 0; i < block.count; ++i) {
+                  const Block& block, std::span<const std::uint32_t> edited, ToLocal to_local) const {
+    std::vector<std::uint32_t> elements;
+    auto next = edited.begin();
+    for (std::size_t i = 0; i < block.count + edits_.copied.size(); ++i) {
       const std::size_t vertex = block.first + i;
-      if (before[vertex] == after[vertex]) continue;
-      if (set_element(&change.values[i * change.components], to_local(after[vertex]), vertex)) {
-        change.elements.push_back(i);
-      }
+      const bool is_edited = next != edited.end() && *next == vertex;
+      if (is_edited) ++next;
+      if (is_edited || before[vertex] != after[vertex]) elements.push_back(static_cast<std::uint32_t>(i));
     }
-    return change;
+    if (elements.empty()) return {};
+    return changed(key, index, elements, [&](std::size_t k, std::span<float> to) {
+      const std::size_t vertex = block.first + elements[k];
+      const Vec3d local = to_local(after[vertex]);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!fits_float(local[axis])) {
+          throw InvalidInput(
+              fmt::format("the new coordinates of vertex {} do not fit in floats, the only type that GLB has for them; "
+                          "write another format",
+                          vertex));
+        }
+        to[axis] = static_cast<float>(local[axis]);
+      }
+    });
   }
 
-  // Whether the floats became others.
-  static bool set_element(float* to, const Vec3d& local, std::size_t vertex) {
-    bool differs = false;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (!fits_float(local[axis])) {
-        throw InvalidInput(
-            fmt::format("the new coordinates of vertex {} do not fit in floats, the only type that GLB has for them; "
-                        "write another format",
-                        vertex));
+  // Returns those of the elements whose numbers are others than in the file, and those after its last one.
+  // put_numbers(k, to) puts the numbers of elements[k].
+  template <class PutNumbers>
+  Change changed(const std::string& key, std::size_t index, std::span<const std::uint32_t> elements,
+                 const PutNumbers& put_numbers) const {
+    const Accessor accessor = find_accessor(document_, index);
+    const std::size_t n = accessor.components;
+    Change change{key, index, {n, {}, {}}};
+    std::array<float, 4> now{0, 0, 0, 1};
+    const auto keep = [&](std::uint32_t element) {
+      change.now.elements.push_back(element);
+      change.now.values.insert(change.now.values.end(), now.begin(), now.begin() + n);
+    };
+    std::size_t k = 0;
+    const auto compare = [&](std::size_t first, std::span<const double> numbers) {
+      for (; k < elements.size() && elements[k] < first + numbers.size() / n; ++k) {
+        std::array<float, 4> old{};
+        for (std::size_t c = 0; c < n; ++c) old[c] = static_cast<float>(numbers[(elements[k] - first) * n + c]);
+        now = old;
+        put_numbers(k, now);
+        if (!std::equal(now.begin(), now.begin() + n, old.begin())) keep(elements[k]);
       }
-      const float value = static_cast<float>(local[axis]);
-      differs = differs || value != to[axis];
-      to[axis] = value;
+    };
+    read_in_parts(document_, index, accessor, true, compare);
+    for (; k < elements.size(); ++k) {
+      put_numbers(k, now);
+      keep(elements[k]);
     }
-    return differs;
+    return change;
   }
 
   const ShapeFile& source_;
   const Document& document_;
+  const VertexEdits& edits_;
   std::span<const Vec3d> positions_;
   std::span<const Vec3d> normals_;
   const WriteOptions& options_;
@@ -362,17 +374,22 @@ class Rewriter {
  public:
   Rewriter(const ShapeFile& source, const Document& document, std::vector<Changes> changes)
       : layout_(layout_of<Layout>(source)),
+        copied_(source.layout->edits.copied),
         document_(document),
         changes_(std::move(changes)),
         uses_(find_uses(document)),
         readers_(document),
         edit_(document, layout_) {}
 
-  std::string run() {
-    const std::map<std::size_t, std::size_t> placed = count_placements(document_);
-    for (const auto& [mesh, nodes] : blocks_by_node(layout_)) rewrite_mesh(nodes, placed.at(mesh) > nodes.size());
-    for (const auto& [accessor, blocks] : claims_) rewrite_accessor(accessor, blocks);
-    return edit_.finish();
+  void run(const ByteSink& out) {
+    if (copied_.empty()) {
+      const std::map<std::size_t, std::size_t> placed = count_placements(document_);
+      for (const auto& [mesh, nodes] : blocks_by_node(layout_)) rewrite_mesh(nodes, placed.at(mesh) > nodes.size());
+      for (const auto& [accessor, blocks] : claims_) rewrite_accessor(accessor, blocks);
+    } else {
+      lengthen();
+    }
+    edit_.finish(out);
   }
 
  private:
@@ -399,7 +416,7 @@ class Rewriter {
     std::vector<Patch> patches;
     for (const std::size_t b : blocks) {
       for (const Change& change : changes_[b]) {
-        const std::size_t accessor = edit_.append_accessor(change.values, change.components);
+        const std::size_t accessor = edit_.append_accessor(all_values(change), change.now.components);
         const std::vector<Patch> own =
             edit_.attribute_patches(first.mesh, layout_.blocks[b].primitives, change.key, accessor);
         patches.insert(patches.end(), own.begin(), own.end());
@@ -413,17 +430,12 @@ class Rewriter {
     if (all_agree(index, claims) && accessor.type == NumberType::float32 && accessor.dense && !accessor.sparse &&
         !readers_.others_read(index)) {
       const Change& change = *claims.front().second;
-      for (const std::size_t i : change.elements) {
-        for (std::size_t c = 0; c < change.components; ++c) {
-          edit_.overwrite(accessor.dense->begin + i * accessor.dense->stride + 4 * c,
-                          change.values[i * change.components + c]);
-        }
-      }
-      edit_.set_bounds(index, change.values, change.components);
+      edit_.overwrite(*accessor.dense, change.now);
+      if (edit_.has_bounds(index)) edit_.set_bounds(index, all_values(change), change.now.components);
       return;
     }
     for (const auto& [b, change] : claims) {
-      const std::size_t appended = edit_.append_accessor(change->values, change->components);
+      const std::size_t appended = edit_.append_accessor(all_values(*change), change->now.components);
       const Block& block = layout_.blocks[b];
       edit_.patch(edit_.attribute_patches(block.mesh, block.primitives, change->key, appended));
     }
@@ -442,7 +454,98 @@ class Rewriter {
     });
   }
 
+  // Returns the numbers of the accessor, also of copies that are new.
+  std::vector<float> all_values(const Change& change) const {
+    const auto& [n, elements, values] = change.now;
+    const Accessor accessor = find_accessor(document_, change.accessor);
+    std::vector<float> all;
+    all.reserve((accessor.count + copied_.size()) * n);
+    read_in_parts(document_, change.accessor, accessor, true, [&](std::size_t, std::span<const double> numbers) {
+      all.insert(all.end(), numbers.begin(), numbers.end());
+    });
+    for (const std::uint32_t from : copied_) {
+      for (std::size_t c = 0; c < n; ++c) all.push_back(all[from * n + c]);
+    }
+    for (std::size_t k = 0; k < elements.size(); ++k)
+      std::copy_n(values.data() + k * n, n, all.data() + elements[k] * n);
+    return all;
+  }
+
+  // Gives the only primitive attributes with the copies.
+  void lengthen() {
+    const Block& block = layout_.blocks.front();
+    const Value meshes = document_.root().item("meshes", block.mesh);
+    const Value attributes = meshes.item("primitives", block.primitives.front()).at("attributes");
+    edit_.reuse(unused_after(document_, {{block.mesh, block.primitives.front()}}));
+    for (const JsonMember& member : attributes.json().members()) {
+      const std::size_t index = attributes.at(member.key.c_str()).whole();
+      if (find_accessor(document_, index).count != block.count) continue;
+      const auto change = std::find_if(changes_.front().begin(), changes_.front().end(),
+                                       [&](const Change& each) { return each.key == member.key; });
+      const bool is_changed = change != changes_.front().end();
+      const std::size_t longer = is_changed ? append_changed(*change) : append_longer(index);
+      edit_.patch(edit_.attribute_patches(block.mesh, block.primitives, member.key, longer));
+    }
+  }
+
+  // Appends an accessor of floats, which are read when they are written.
+  std::size_t append_changed(const Change& change) {
+    const std::size_t n = change.now.components;
+    const std::size_t count = find_accessor(document_, change.accessor).count + copied_.size();
+    const auto write = [this, &change](const ByteSink& out) {
+      constexpr std::size_t most = std::size_t{1} << 20;
+      std::string bytes;
+      for (const float value : all_values(change)) {
+        append_number(bytes, NumberType::float32, double{value});
+        if (bytes.size() < most) continue;
+        out(bytes);
+        bytes.clear();
+      }
+      out(bytes);
+    };
+    const std::size_t view = edit_.append_view(LazyBytes{count * n * sizeof(float), write}, 0, kVertexData);
+    std::string text = fmt::format(R"("bufferView":{},"componentType":5126,"count":{})", view, count);
+    if (edit_.has_bounds(change.accessor)) {
+      const std::vector<float> values = all_values(change);
+      text += fmt::format(R"(,"min":{},"max":{})", least_text(values, n), greatest_text(values, n));
+    }
+    constexpr std::array<std::string_view, 4> kOfNumbers{"componentType", "normalized", "min", "max"};
+    return edit_.append_accessor("{" + text + other_members(change.accessor, kOfNumbers) + "}");
+  }
+
+  // Appends an accessor with the copies, otherwise the same.
+  std::size_t append_longer(std::size_t index) {
+    const Accessor accessor = find_accessor(document_, index);
+    const std::vector<double> numbers = read_accessor(document_, index, accessor, false);
+    const std::size_t stride = (accessor.element_size() + 3) / 4 * 4;
+    std::string elements;
+    for (std::size_t i = 0; i < accessor.count + copied_.size(); ++i) {
+      const std::size_t from = accessor.components * (i < accessor.count ? i : copied_[i - accessor.count]);
+      for (std::size_t c = 0; c < accessor.components; ++c) append_number(elements, accessor.type, numbers[from + c]);
+      elements.resize((i + 1) * stride, '\0');
+    }
+    const std::size_t view = edit_.append_view(elements, stride == accessor.element_size() ? 0 : stride, kVertexData);
+    const std::string text = fmt::format(R"("bufferView":{},"count":{})", view, accessor.count + copied_.size());
+    return edit_.append_accessor("{" + text + other_members(index, {}) + "}");
+  }
+
+  // Returns the text of the members of an accessor that do not say where its elements are, without some others.
+  std::string other_members(std::size_t index, std::span<const std::string_view> without) const {
+    constexpr std::array<std::string_view, 4> kPlace{"bufferView", "byteOffset", "count", "sparse"};
+    const auto is_in = [](std::span<const std::string_view> keys, std::string_view key) {
+      return std::find(keys.begin(), keys.end(), key) != keys.end();
+    };
+    std::string text;
+    for (const Member& member : members(document_.text, edit_.item("accessors", index))) {
+      if (is_in(kPlace, member.key) || is_in(without, member.key)) continue;
+      const Span& span = member.value;
+      text += fmt::format(",{}:{}", to_text(member.key), document_.text.substr(span.begin, span.end - span.begin));
+    }
+    return text;
+  }
+
   const Layout& layout_;
+  const std::vector<std::uint32_t>& copied_;
   const Document& document_;
   std::vector<Changes> changes_;
   std::map<std::size_t, std::vector<AccessorUse>> uses_;
@@ -450,24 +553,6 @@ class Rewriter {
   Edit edit_;
   std::map<std::size_t, std::vector<Claim>> claims_;  // by accessor
 };
-
-struct Kind {
-  const char* key;  // of an array at the top of the file
-  const char* loss;
-};
-
-constexpr Kind kKinds[] = {{"materials", "materials are left out"},   {"textures", "textures are left out"},
-                           {"animations", "animations are left out"}, {"skins", "skeletons are left out"},
-                           {"cameras", "cameras are left out"},       {"extensionsUsed", "extensions are left out"}};
-
-void add_primitive_losses(const Value& primitive, std::set<std::string>& losses) {
-  if (primitive.count("targets") > 0) losses.insert("morph targets are left out");
-  const std::size_t mode = primitive.whole("mode").value_or(kTriangles);
-  if (mode != kPoints && mode < kTriangles) losses.insert("lines are left out");
-  for (const auto& [key, accessor] : primitive.at("attributes").json().members()) {
-    if (!is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out");
-  }
-}
 
 }  // namespace
 
@@ -481,10 +566,10 @@ std::string generate_glb(const Mesh& mesh, const WriteOptions& /*options*/) { re
 // bounds of its accessors and what those need are replaced. Data that the file stores as integers, sparsely, or in
 // bytes that something else reads too, is appended as new floats; a mesh that several nodes place gets copies where
 // they moved differently.
-std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                        const WriteOptions& options) {
+void rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                 const WriteOptions& options, const ByteSink& out) {
   const Layout& layout = layout_of<Layout>(source);
-  const Document document = open_document(glb_bytes(source), layout, "source");
+  const Document document = open_source(source);
   const Comparison comparison(source, document, positions, normals, options);
   std::vector<Changes> changes;
   bool is_changed = false;
@@ -492,7 +577,9 @@ std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> position
     changes.push_back(comparison.of(block));
     is_changed = is_changed || !changes.back().empty();
   }
-  return is_changed ? Rewriter(source, document, std::move(changes)).run() : std::string(document.bytes);
+  if (is_changed) return Rewriter(source, document, std::move(changes)).run(out);
+  SourceBytes bytes(source);
+  document.bytes.empty() ? bytes.copy(0, bytes.size(), out) : out(document.bytes);
 }
 
 std::vector<std::string> losses(const Mesh& mesh) {
@@ -506,28 +593,6 @@ std::vector<std::string> losses(const Mesh& mesh) {
   if (mesh.face_count() > 0 && have_splats(mesh)) losses.push_back("a new GLB file holds no splats beside faces");
   if (cut > 0) losses.push_back("GLB holds triangles only; faces with more than three corners are cut");
   if (!are_floats(mesh.positions)) losses.push_back("GLB holds floats only; coordinates are rounded to seven digits");
-  return losses;
-}
-
-std::vector<std::string> source_losses(const ShapeFile& source) {
-  const Layout& layout = layout_of<Layout>(source);
-  const Document document = open_document(glb_bytes(source), layout, "source");
-  const Value root = document.root();
-  std::vector<std::string> losses;
-  for (const Kind& kind : kKinds) {
-    const bool is_kept =
-        kind.key == std::string_view("extensionsUsed") && are_splats(source.mesh) && root.count(kind.key) == 1;
-    if (root.find(kind.key) && !is_kept) losses.emplace_back(kind.loss);
-  }
-  if (root.count("nodes") > 1) losses.emplace_back("the tree of nodes is left out; every mesh is placed where it is");
-  if (document.text.find("\"extras\"") != std::string_view::npos) losses.emplace_back("extras are left out");
-  std::set<std::string> more;
-  for (const Block& block : layout.blocks) {
-    for (const std::size_t p : block.primitives) {
-      add_primitive_losses(root.item("meshes", block.mesh).item("primitives", p), more);
-    }
-  }
-  losses.insert(losses.end(), more.begin(), more.end());
   return losses;
 }
 

@@ -129,6 +129,17 @@ void transform(Mesh& mesh, std::size_t first, std::size_t count, const Mat3d& li
   }
 }
 
+// Puts those of the values at `changed` that are at one of the splats. Both ascend.
+void put_changed(const std::vector<double>& from, std::span<const std::uint32_t> changed,
+                 std::span<const std::uint32_t> splats, std::vector<double>& values) {
+  auto next = std::lower_bound(changed.begin(), changed.end(), splats.front());
+  for (std::size_t i = 0; i < splats.size(); ++i) {
+    next = std::find_if(next, changed.end(), [&](std::uint32_t splat) { return splat >= splats[i]; });
+    if (next == changed.end()) return;
+    if (*next == splats[i]) values[i] = from[static_cast<std::size_t>(next - changed.begin())];
+  }
+}
+
 // Converts an element to numbers of the file; turns become unit quaternions.
 void to_file(const std::string& key, std::span<double> element) {
   double size2 = 0;
@@ -142,29 +153,6 @@ void to_file(const std::string& key, std::span<double> element) {
   if (!(size2 > 0)) element[3] = 1;
 }
 
-// Returns the text of an accessor with copies of these elements after its last one.
-std::string with_copied_elements(const Document& document, Edit& edit, std::size_t index,
-                                 std::span<const std::uint32_t> copied) {
-  const Accessor accessor = find_accessor(document, index);
-  const std::vector<double> numbers = read_accessor(document, index, accessor, false);
-  const std::size_t stride = (accessor.element_size() + 3) / 4 * 4;
-  std::string elements;
-  for (std::size_t i = 0; i < accessor.count + copied.size(); ++i) {
-    const std::size_t from = accessor.components * (i < accessor.count ? i : copied[i - accessor.count]);
-    for (std::size_t c = 0; c < accessor.components; ++c) append_number(elements, accessor.type, numbers[from + c]);
-    elements.resize((i + 1) * stride, '\0');
-  }
-  const std::size_t view = edit.append_view(elements, stride == accessor.element_size() ? 0 : stride, kVertexData);
-  std::string text = fmt::format(R"({{"bufferView":{},"count":{})", view, accessor.count + copied.size());
-  for (const Member& member : members(document.text, edit.item("accessors", index))) {
-    constexpr std::array<std::string_view, 4> kNew{"bufferView", "byteOffset", "count", "sparse"};
-    if (std::find(kNew.begin(), kNew.end(), member.key) != kNew.end()) continue;
-    const Span& span = member.value;
-    text += fmt::format(",{}:{}", to_text(member.key), document.text.substr(span.begin, span.end - span.begin));
-  }
-  return text + "}";
-}
-
 }  // namespace
 
 std::map<std::string, std::size_t> splat_accessors(const Value& primitive) {
@@ -173,7 +161,8 @@ std::map<std::string, std::size_t> splat_accessors(const Value& primitive) {
   const std::optional<Value> splatting = extensions ? extensions->find(kSplatting) : std::nullopt;
   if (!splatting) return accessors;
   if (splatting->find("extensions")) {
-    splatting->fail("holds splats that another extension compresses or changes; export them without");
+    splatting->fail(
+        "holds splats that another extension compresses or changes; export them without it, or as .spz or .ply");
   }
   if (const auto kernel = splatting->find("kernel"); kernel && kernel->text() != "ellipse") {
     kernel->fail("is no kernel of splats that Knead knows; export them with \"ellipse\"");
@@ -200,7 +189,7 @@ void read_splats(const Document& document, const std::vector<Block>& blocks, Mes
   std::size_t others = mesh.vertex_count();
   for (const Block& block : blocks) most = std::max(most, block.splats.size());
   if (most == 0) return;
-  if (mesh.vertex_count() > most_elements(document.bytes.size()) / most) {
+  if (mesh.vertex_count() > most_elements(document.size) / most) {
     throw InvalidInput(Place{document.source.file}, "its nodes unfold into too many splats; place fewer copies");
   }
   const std::vector<SplatNumbers> attributes = attributes_of(degree_with(most - kOthers));
@@ -224,8 +213,7 @@ void read_splats(const Document& document, const std::vector<Block>& blocks, Mes
 }
 
 std::vector<SplatNumbers> local_splats(const Placement& placement, const Mesh& mesh,
-                                       std::span<const std::uint32_t> splats, std::span<const Attribute> changed,
-                                       std::size_t first) {
+                                       std::span<const std::uint32_t> splats, const WriteOptions& options) {
   std::vector<SplatNumbers> result = attributes_of(splat_degree(mesh));
   for (std::size_t begin = 0; begin < splats.size(); begin += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, splats.size() - begin);
@@ -236,8 +224,8 @@ std::vector<SplatNumbers> local_splats(const Placement& placement, const Mesh& m
         std::vector<double> values(count, attribute.key == kOpacities ? kOpaque : 0);
         const Attribute* const before = mesh.find_attribute(name);
         for (std::size_t i = 0; before != nullptr && i < count; ++i) values[i] = before->values[splats[begin + i]];
-        for (const Attribute& after : changed) {
-          if (after.name == name) std::copy_n(after.values.data() + first + begin, count, values.begin());
+        for (const Attribute& after : options.attributes) {
+          if (after.name == name) put_changed(after.values, options.changed, splats.subspan(begin, count), values);
         }
         part.attributes.push_back({name, Domain::vertex, NumberType::float64, 1, std::move(values)});
       }
@@ -260,27 +248,13 @@ std::vector<SplatNumbers> local_splats(const Placement& placement, const Mesh& m
   return result;
 }
 
-std::string glb_with_copies(const ShapeFile& source, std::span<const std::uint32_t> vertices) {
+bool is_one_part(const ShapeFile& source) {
   const Layout& layout = layout_of<Layout>(source);
-  const Document document = open_document(glb_bytes(source), layout, "source");
+  const Document document = open_source(source);
   const Block& block = layout.blocks.front();
-  const Value mesh = document.root().item("meshes", block.mesh);
-  const Value primitive = mesh.item("primitives", block.primitives.front());
-  const bool is_alone = layout.blocks.size() == 1 && block.primitives.size() == 1 && !primitive.find("indices") &&
-                        primitive.count("targets") == 0 && count_placements(document).at(block.mesh) == 1;
-  if (!is_alone) return {};
-  Edit edit(document, layout);
-  edit.reuse(unused_after(document, {{block.mesh, block.primitives.front()}}));
-  std::map<std::size_t, std::size_t> copies;  // accessors
-  for (const JsonMember& member : primitive.at("attributes").json().members()) {
-    const std::size_t index = primitive.at("attributes").at(member.key.c_str()).whole();
-    if (find_accessor(document, index).count != block.count) continue;
-    if (!copies.contains(index)) {
-      copies[index] = edit.append_accessor(with_copied_elements(document, edit, index, vertices));
-    }
-    edit.patch(edit.attribute_patches(block.mesh, block.primitives, member.key, copies.at(index)));
-  }
-  return edit.finish();
+  const Value primitive = document.root().item("meshes", block.mesh).item("primitives", block.primitives.front());
+  return layout.blocks.size() == 1 && block.primitives.size() == 1 && !primitive.find("indices") &&
+         primitive.count("targets") == 0 && count_placements(document).at(block.mesh) == 1;
 }
 
 }  // namespace knead::io_detail::gltf
