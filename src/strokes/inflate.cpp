@@ -238,12 +238,14 @@ class Inflation {
           "\"points\": the path is too long for this \"radius\"; divide it into several strokes, or make it larger");
     }
     std::vector<double> growth(static_cast<std::size_t>(nodes));
-    const auto [nx, ny, nz] = grid.counts;
+    const int columns = grid.counts[0];
+    const int rows = grid.counts[1];
     parallel_for(growth.size(), 64, threads_, [&](std::size_t begin, std::size_t end) {
       stop_if_cancelled(surface_.progress);
       for (std::size_t i = begin; i < end; ++i) {
         const auto at = static_cast<int>(i);
-        const Vec3d p = grid.origin + Vec3d(at % nx, at / nx % ny, at / nx / ny) * h;
+        const std::array<int, 3> node{at % columns, at / columns % rows, at / columns / rows};
+        const Vec3d p = grid.origin + Vec3d(node[0], node[1], node[2]) * h;
         const double rate = tool_.rate(tool_.distance(p));
         if (rate > 0) growth[i] = -rate * share_inside(tree, p);
       }

@@ -224,6 +224,11 @@ void draw_help(Studio& studio, const Gui& gui) {
       ImGui::TableNextColumn();
       if (is_touched()) draw_pointer_help(gui, studio.view().navigation().preset);
       for (const char* group : {"File", "Edit", "Window"}) draw_keys_of(studio, gui, group);
+      if (!is_touched()) {
+        ImGui::BeginDisabled();
+        ImGui::TextWrapped("Other keys: \"keys\" in %s", (config_folder() / "studio.json").string().c_str());
+        ImGui::EndDisabled();
+      }
       ImGui::TableNextColumn();
       draw_keys_of(studio, gui, "Tools");
       ImGui::TableNextColumn();
@@ -231,8 +236,6 @@ void draw_help(Studio& studio, const Gui& gui) {
       if (!is_touched()) draw_pointer_help(gui, studio.view().navigation().preset);
       ImGui::EndTable();
     }
-    if (!is_touched())
-      ImGui::TextDisabled("Other keys: \"keys\" in %s", (config_folder() / "studio.json").string().c_str());
   }
   ImGui::End();
   if (!open) studio.view().settings().help = false;

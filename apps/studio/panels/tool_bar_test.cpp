@@ -49,7 +49,7 @@ class ToolBarTest : public StudioTest {
 
 TEST_F(ToolBarTest, NamesOfTheToolsFitBesideTheirIcons) {
   for (const double unit : {1.0, 2.0}) {
-    ShownPanels panels(options(), static_cast<int>(1440 * unit), static_cast<int>(1160 * unit),
+    ShownPanels panels(options(), static_cast<int>(1440 * unit), static_cast<int>(1200 * unit),
                        unit);  // high enough for one column
     open_ball(panels);
     const float narrow = ShownPanels::area_of("Tools").width();

@@ -334,7 +334,9 @@ void Edit::put_views() {
 }
 
 void Edit::put_over(const Overwrite& overwrite, std::size_t begin, std::string& piece) {
-  const auto& [components, elements, values] = *overwrite.elements;
+  const std::size_t components = overwrite.elements->components;
+  const auto& elements = overwrite.elements->elements;
+  const auto& values = overwrite.elements->values;
   const auto begin_of = [&](std::uint32_t i) { return overwrite.data.begin + i * overwrite.data.stride; };
   const auto first = std::partition_point(elements.begin(), elements.end(), [&](std::uint32_t i) {
     return begin_of(i) + components * sizeof(float) <= begin;
