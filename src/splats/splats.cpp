@@ -154,7 +154,7 @@ class DegreeTurner {
 
   // In the directions that the rotations turn to d.
   static std::array<Lanes, kCount> harmonics_in(const Vec3d& d, const ColumnsOfLanes& rotations) {
-    std::array<Lanes, kCount> result;
+    std::array<Lanes, kCount> result{};
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const auto along = [&](std::size_t k) {
         return rotations[k][0][lane] * d.x + rotations[k][1][lane] * d.y + rotations[k][2][lane] * d.z;
@@ -400,7 +400,8 @@ std::vector<Vec3d> splat_normals(const Mesh& splats) {
   const double cell = box.diagonal() / (2 * half);
   std::vector<Vec3d> result(splats.vertex_count());  // first the sums of the directions from which they are seen
   for (int k = 0; k < 27 && cell > 0; ++k) {
-    const Vec3d d{k % 3 - 1.0, k / 3 % 3 - 1.0, k / 9 - 1.0};
+    const std::array<int, 3> step{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+    const Vec3d d(step[0], step[1], step[2]);
     if (d == Vec3d{}) continue;
     add_seen(splats.positions, box.center(), normalized(d), cell, static_cast<std::ptrdiff_t>(half), result);
   }

@@ -248,8 +248,9 @@ LatticeStroke lattice_about(const Box& box, const std::array<int, 3>& counts) {
     stroke.lengths[axis] = std::max((1 + 2 * kBeyondShape) * edge, kThinnest * box.diagonal());
   }
   stroke.origin = box.center() - stroke.lengths * 0.5;
-  const auto [nx, ny, nz] = counts;
-  stroke.displacements.assign(static_cast<std::size_t>(nx * ny * nz), {0, 0, 0});
+  std::size_t points = 1;
+  for (const int count : counts) points *= static_cast<std::size_t>(count);
+  stroke.displacements.assign(points, {0, 0, 0});
   return stroke;
 }
 

@@ -141,7 +141,7 @@ class Edit {
 
   struct Overwrite {
     DenseData data;
-    const NewElements* elements;
+    const NewElements* elements = nullptr;
   };
 
   void put_views();

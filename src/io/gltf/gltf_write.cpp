@@ -316,16 +316,16 @@ class Comparison {
     return changed(key, index, elements, [&](std::size_t k, std::span<float> to) {
       const std::size_t vertex = block.first + elements[k];
       const Vec3d local = to_local(after[vertex]);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (!fits_float(local[axis])) {
-          throw InvalidInput(
-              fmt::format("the new coordinates of vertex {} do not fit in floats, the only type that GLB has for them; "
-                          "write another format",
-                          vertex));
-        }
-        to[axis] = static_cast<float>(local[axis]);
-      }
+      for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = as_float(local[axis], vertex);
     });
+  }
+
+  static float as_float(double coordinate, std::size_t vertex) {
+    if (fits_float(coordinate)) return static_cast<float>(coordinate);
+    throw InvalidInput(
+        fmt::format("the new coordinates of vertex {} do not fit in floats, the only type that GLB has for them; write "
+                    "another format",
+                    vertex));
   }
 
   // Returns those of the elements whose numbers are others than in the file, and those after its last one.
