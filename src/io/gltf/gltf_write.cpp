@@ -262,14 +262,14 @@ class Comparison {
     const Mat3d& linear = block.placement.linear;
     const Mat3d transposed(linear.column(0), linear.column(1), linear.column(2));
     Changes changes;
-    add(changes, compared("POSITION", block.position, source_.mesh.positions, positions_, block, edits_.vertices,
+    add(changes, compared({"POSITION", block.position}, source_.mesh.positions, positions_, block, edits_.vertices,
                           [&](const Vec3d& p) { return block.placement.inverse * (p - block.placement.offset); }));
     if (!normals_.empty() && block.normal) {
-      add(changes, compared("NORMAL", *block.normal, old_normals_, normals_, block, {},
+      add(changes, compared({"NORMAL", *block.normal}, old_normals_, normals_, block, {},
                             [&](const Vec3d& n) { return direction(transposed * n); }));
     }
     if (!tangents_.empty() && block.normal && block.tangent) {
-      add(changes, compared("TANGENT", *block.tangent, old_tangents_, tangents_, block, {},
+      add(changes, compared({"TANGENT", *block.tangent}, old_tangents_, tangents_, block, {},
                             [&](const Vec3d& t) { return direction(block.placement.inverse * t); }));
     }
     if (!block.splats.empty()) add_splats(changes, block);
@@ -300,9 +300,14 @@ class Comparison {
     }
   }
 
+  struct NamedAccessor {
+    const char* key = "";
+    std::size_t index = 0;
+  };
+
   // edited: vertices that differ from the file even if nothing moved them.
   template <class ToLocal>
-  Change compared(const char* key, std::size_t index, std::span<const Vec3d> before, std::span<const Vec3d> after,
+  Change compared(const NamedAccessor& accessor, std::span<const Vec3d> before, std::span<const Vec3d> after,
                   const Block& block, std::span<const std::uint32_t> edited, ToLocal to_local) const {
     std::vector<std::uint32_t> elements;
     auto next = edited.begin();
@@ -313,7 +318,7 @@ class Comparison {
       if (is_edited || before[vertex] != after[vertex]) elements.push_back(static_cast<std::uint32_t>(i));
     }
     if (elements.empty()) return {};
-    return changed(key, index, elements, [&](std::size_t k, std::span<float> to) {
+    return changed(accessor.key, accessor.index, elements, [&](std::size_t k, std::span<float> to) {
       const std::size_t vertex = block.first + elements[k];
       const Vec3d local = to_local(after[vertex]);
       for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = as_float(local[axis], vertex);
