@@ -212,6 +212,32 @@ void append(std::vector<Setting> more, std::vector<Setting>& rows) {
 
 constexpr const char* kLatticeHelp = "another number lays a new lattice about the shape as it is";
 
+std::vector<Setting> whole_shape_rows(ToolSettings& to) {
+  return {
+      {"bend_length",
+       choice_of(to.bend_length, {"keep", "fit"}, {"Keep length", "Reach both ends"}),
+       {},
+       "##length",
+       "Keep length: the shape lies on a part of the new line, or goes straight on beyond it. Reach both ends: it is "
+       "stretched to the line's ends, and grows thinner or thicker."},
+      {"bend_keep",
+       choice_of(to.bend_keep, {"volume", "thickness"}, {"Volume", "Thickness"}),
+       {},
+       "Keep",
+       "Volume: the inner side of a bend grows thicker, the outer side thinner. Thickness: walls and reliefs keep "
+       "their height, and bends may be twice as tight."},
+      {"lattice_mode",
+       choice_of(to.lattice_mode, {"volume", "rigid", "spline"}, {"Keep volume", "Near rigid", "Plain"}),
+       {},
+       "##lattice",
+       "Keep volume: the shape comes as near as it can without a change of its volume. Near rigid: it also strains as "
+       "little as it can. Plain: exactly as the control points have it; volume changes."},
+      {"lattice_x", &to.lattice_counts[0], {2, kMostOfLattice}, "Points in x", kLatticeHelp},
+      {"lattice_y", &to.lattice_counts[1], {2, kMostOfLattice}, "Points in y", kLatticeHelp},
+      {"lattice_z", &to.lattice_counts[2], {2, kMostOfLattice}, "Points in z", kLatticeHelp},
+  };
+}
+
 std::vector<Setting> brush_rows(ToolSettings& to) {
   return {
       {"radius", &to.radius, kAboveZero},
@@ -249,27 +275,6 @@ std::vector<Setting> brush_rows(ToolSettings& to) {
        "Leaves",
        "Print: pressed in, the stamp leaves a flat floor and upright walls. Groove: a round stamp is dragged along and "
        "leaves a groove. Carry along: the surface goes with the stamp."},
-      {"bend_length",
-       choice_of(to.bend_length, {"keep", "fit"}, {"Keep length", "Reach both ends"}),
-       {},
-       "##length",
-       "Keep length: the shape lies on a part of the new line, or goes straight on beyond it. Reach both ends: it is "
-       "stretched to the line's ends, and grows thinner or thicker."},
-      {"bend_keep",
-       choice_of(to.bend_keep, {"volume", "thickness"}, {"Volume", "Thickness"}),
-       {},
-       "Keep",
-       "Volume: the inner side of a bend grows thicker, the outer side thinner. Thickness: walls and reliefs keep "
-       "their height, and bends may be twice as tight."},
-      {"lattice_mode",
-       choice_of(to.lattice_mode, {"volume", "rigid", "spline"}, {"Keep volume", "Near rigid", "Plain"}),
-       {},
-       "##lattice",
-       "Keep volume: the shape comes as near as it can without a change of its volume. Near rigid: it also strains as "
-       "little as it can. Plain: exactly as the control points have it; volume changes."},
-      {"lattice_x", &to.lattice_counts[0], {2, kMostOfLattice}, "Points in x", kLatticeHelp},
-      {"lattice_y", &to.lattice_counts[1], {2, kMostOfLattice}, "Points in y", kLatticeHelp},
-      {"lattice_z", &to.lattice_counts[2], {2, kMostOfLattice}, "Points in z", kLatticeHelp},
       {"text", text_form(to.text)},
       {"font", text_form(to.font)},
       {"exponent", &to.exponent},
@@ -337,6 +342,7 @@ std::vector<Setting> symmetry_rows(ToolSettings& to) {
 
 std::vector<Setting> settings_of(ToolSettings& to) {
   std::vector<Setting> rows = brush_rows(to);
+  append(whole_shape_rows(to), rows);
   append(pose_and_mask_rows(to), rows);
   append(symmetry_rows(to), rows);
   append({{"remesh", &to.remesh, {}, "Remesh when a drag ends"},
