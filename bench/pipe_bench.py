@@ -1,8 +1,8 @@
 """Bends a pipe full of cells by Knead and by others.
 
 Run: PYTHONPATH=build/release/python /usr/bin/python3 bench/pipe_bench.py [METHOD ...]. Needs numpy and scipy, and for the
-method physicsnemo NVIDIA's module of that name, which runs on the CPU. Prints a table: inverted cells, the greatest
-non-orthogonality as checkMesh has it, how far points of the wall are from their places, and seconds.
+method physicsnemo NVIDIA's module of that name, which runs on the CPU. It prints a table. The table has the number of
+inverted cells, the greatest non-orthogonality in degrees, the distance of the wall from its place, and seconds.
 
 Every method is to take the wall where the flow takes it. The radial basis functions of scipy and PhysicsNeMo and
 PhysicsNeMo's Shepard morph get 900 points of the wall. The lattice, Bernstein polynomials as in PyGeM, gets the best

@@ -300,15 +300,11 @@ class Comparison {
     }
   }
 
-  struct NamedAccessor {
-    const char* key = "";
-    std::size_t index = 0;
-  };
-
-  // edited: vertices that differ from the file even if nothing moved them.
+  // accessor: its key and number. edited: vertices that differ from the file even if nothing moved them.
   template <class ToLocal>
-  Change compared(const NamedAccessor& accessor, std::span<const Vec3d> before, std::span<const Vec3d> after,
-                  const Block& block, std::span<const std::uint32_t> edited, ToLocal to_local) const {
+  Change compared(const std::pair<const char*, std::size_t>& accessor, std::span<const Vec3d> before,
+                  std::span<const Vec3d> after, const Block& block, std::span<const std::uint32_t> edited,
+                  ToLocal to_local) const {
     std::vector<std::uint32_t> elements;
     auto next = edited.begin();
     for (std::size_t i = 0; i < block.count + edits_.copied.size(); ++i) {
@@ -318,7 +314,7 @@ class Comparison {
       if (is_edited || before[vertex] != after[vertex]) elements.push_back(static_cast<std::uint32_t>(i));
     }
     if (elements.empty()) return {};
-    return changed(accessor.key, accessor.index, elements, [&](std::size_t k, std::span<float> to) {
+    return changed(accessor.first, accessor.second, elements, [&](std::size_t k, std::span<float> to) {
       const std::size_t vertex = block.first + elements[k];
       const Vec3d local = to_local(after[vertex]);
       for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = as_float(local[axis], vertex);
