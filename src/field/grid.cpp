@@ -19,10 +19,10 @@ bool is_set(const PotentialGrid& grid, std::size_t node) {
   return is_set(grid.growth, node) || is_set(grid.coefficients, node) || is_set(grid.end_coefficients, node);
 }
 
-// Combines each byte with the next three, `stride` apart.
+// Combines each byte with the next three, `stride` apart: with the next one, and that pair with the one 2 further on.
 void spread(std::vector<std::uint8_t>& bytes, std::size_t stride) {
-  for (std::size_t i = 0; i + 3 * stride < bytes.size(); ++i) {
-    for (std::size_t k = 1; k < 4; ++k) bytes[i] = bytes[i] | bytes[i + k * stride];
+  for (const std::size_t by : {stride, 2 * stride}) {
+    for (std::size_t i = 0; i + by < bytes.size(); ++i) bytes[i] = bytes[i] | bytes[i + by];
   }
 }
 
@@ -76,7 +76,8 @@ void GridCells::for_each_node(const Body& body) const {
   std::size_t node = 0;
   for (int z = 0; z < inner_[2]; ++z) {
     for (int y = 0; y < inner_[1]; ++y) {
-      for (int x = 0; x < inner_[0]; ++x) body(node++, number_of(x + kEmptyNodes, y + kEmptyNodes, z + kEmptyNodes));
+      std::size_t number = number_of(kEmptyNodes, y + kEmptyNodes, z + kEmptyNodes);
+      for (int x = 0; x < inner_[0]; ++x) body(node++, number++);
     }
   }
 }
@@ -88,7 +89,15 @@ GridCells::GridCells(const PotentialGrid& grid)
     middle_[axis] = inner_[axis] / 2;
   }
   used_.resize(number_of(0, 0, nodes_[2]));
-  for_each_node([&](std::size_t node, std::size_t number) { used_[number] = is_set(grid, node) ? 1 : 0; });
+  const auto mark = [&]<class T>(const SharedList<T>& list) {
+    if (list.empty()) return;
+    for_each_node([items = list.data(), used = used_.data()](std::size_t node, std::size_t number) {
+      if (!(items[node] == T{})) used[number] = 1;
+    });
+  };
+  mark(grid.coefficients);
+  mark(grid.end_coefficients);
+  mark(grid.growth);
   spread(used_, 1);
   spread(used_, number_of(0, 1, 0));
   spread(used_, number_of(0, 0, 1));

@@ -33,13 +33,9 @@ constexpr double kSlackToClassify = 1;
 
 bool is_finite_and_positive(double x) { return x > 0 && std::isfinite(x); }
 
-void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
-  validate(flow);
-  validate(options, points);
-}
-
-AdvectResult move_blocks(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points,
-                         const AdvectOptions& options, std::uint64_t max_evaluations) {
+AdvectResult move_blocks(detail::ReadyFlow& flow, PointBlocks& blocks, std::span<const Vec3d> points,
+                         std::uint64_t max_evaluations) {
+  const AdvectOptions& options = flow.options();
   const std::vector<std::uint32_t> before = options.steps.empty() ? std::vector<std::uint32_t>{} : blocks.steps();
   const AdvectResult result = detail::BlockMover(blocks, points, options, max_evaluations).run(flow);
   if (!options.steps.empty()) {
@@ -119,21 +115,22 @@ AdvectResult& AdvectResult::operator+=(const AdvectResult& other) {
 
 AdvectResult advect(const Flow& flow, PointBlocks& blocks, std::span<const Vec3d> points,
                     const AdvectOptions& options) {
-  check(flow, options, points.size());
+  detail::ReadyFlow ready(flow, options);
+  validate(options, points.size());
   if (points.size() != blocks.size()) throw InvalidInput("the number of points differs from that of the blocks");
-  return move_blocks(flow, blocks, points, options, kUnlimited);
+  return move_blocks(ready, blocks, points, kUnlimited);
 }
 
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
-  return detail::advect_within(flow, points, options, kUnlimited);
+  detail::ReadyFlow ready(flow, options);
+  return detail::advect_within(ready, points, kUnlimited);
 }
 
-AdvectResult detail::advect_within(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
-                                   std::uint64_t max_evaluations) {
-  check(flow, options, points.size());
-  const bool sorted = flow.segments.size() >= kMinSegmentsToSort;
+AdvectResult detail::advect_within(ReadyFlow& flow, std::span<Vec3d> points, std::uint64_t max_evaluations) {
+  validate(flow.options(), points.size());
+  const bool sorted = flow.flow().segments.size() >= kMinSegmentsToSort;
   PointBlocks blocks(points, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
-  const AdvectResult result = move_blocks(flow, blocks, points, options, max_evaluations);
+  const AdvectResult result = move_blocks(flow, blocks, points, max_evaluations);
   if (result.status == AdvectStatus::done) blocks.update(points);
   return result;
 }
@@ -160,16 +157,35 @@ struct BlockMover::Work {
   std::array<double, kBlocksPerGroup> moved{};
 };
 
-AdvectResult BlockMover::run(const Flow& flow) {
-  std::vector<ReadySegment> ready;
-  for (const Segment& segment : flow.segments) {
-    ready.emplace_back(segment, options_);
-    const bool is_last = &segment == &flow.segments.back();
-    if (!is_last && is_small(segment) && ready.size() < kSegmentsAtATime) continue;
-    run(ready);
-    ready.clear();
-    if (is_stopped()) break;
+ReadyFlow::ReadyFlow(const Flow& flow, const AdvectOptions& options) : flow_(flow), options_(options) {
+  validate(flow);
+  const std::size_t count = flow.segments.size();
+  keeps_ =
+      count <= 1 || (count <= kSegmentsAtATime && std::all_of(flow.segments.begin(), flow.segments.end(), is_small));
+}
+
+template <class Body>
+void ReadyFlow::in_batches(const Body& body) {
+  if (!kept_.empty()) {
+    body(kept_);
+    return;
   }
+  std::vector<ReadySegment> ready;
+  for (const Segment& segment : flow_.segments) {
+    ready.emplace_back(segment, options_);
+    const bool is_last = &segment == &flow_.segments.back();
+    if (!is_last && is_small(segment) && ready.size() < kSegmentsAtATime) continue;
+    if (!body(ready)) break;
+    if (keeps_) kept_ = std::move(ready);
+    ready.clear();
+  }
+}
+
+AdvectResult BlockMover::run(ReadyFlow& flow) {
+  flow.in_batches([&](const std::vector<ReadySegment>& segments) {
+    run(segments);
+    return !is_stopped();
+  });
   const bool is_done = complete_ && evaluations_ <= max_evaluations_;
   AdvectStatus status = is_done ? AdvectStatus::done : AdvectStatus::step_limit;
   if (options_.progress != nullptr && options_.progress->cancel) status = AdvectStatus::cancelled;

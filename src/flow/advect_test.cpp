@@ -335,12 +335,14 @@ TEST(Advect, WithinABoundOnEvaluationsIsTheSameOrNothing) {
     ASSERT_GT(needed, 0U);
     for (const int threads : {1, 3}) {
       options.threads = threads;
-      std::vector<Vec3d> moved = points;
-      EXPECT_EQ(detail::advect_within(flow, moved, options, needed).status, AdvectStatus::done);
-      EXPECT_EQ(bits(moved), bits(expected));
-      moved = points;
-      EXPECT_EQ(detail::advect_within(flow, moved, options, needed - 1).status, AdvectStatus::step_limit);
-      EXPECT_EQ(bits(moved), bits(points));
+      detail::ReadyFlow ready(flow, options);
+      for (const std::uint64_t most : {needed - 1, needed, needed, needed - 1}) {
+        std::vector<Vec3d> moved = points;
+        const bool is_enough = most == needed;
+        EXPECT_EQ(detail::advect_within(ready, moved, most).status,
+                  is_enough ? AdvectStatus::done : AdvectStatus::step_limit);
+        EXPECT_EQ(bits(moved), bits(is_enough ? expected : points));
+      }
     }
   }
 }
@@ -353,7 +355,8 @@ TEST(Advect, EndsSoonAfterTheBoundOnEvaluations) {
   AdvectOptions options = precisely(1e-6);
   EXPECT_GT(advect(flow, points, options).evaluations, 100 * kMax);
   options.threads = 1;
-  const AdvectResult ended = detail::advect_within(flow, points, options, kMax);
+  detail::ReadyFlow ready(flow, options);
+  const AdvectResult ended = detail::advect_within(ready, points, kMax);
   EXPECT_EQ(ended.status, AdvectStatus::step_limit);
   EXPECT_LT(ended.evaluations, 2 * kMax);
 }

@@ -25,6 +25,26 @@ struct ReadySegment {
   ReadySegment(const Segment& of, const AdvectOptions& options);
 };
 
+// A flow that moves points several times: its segments are prepared by the first use, and kept if they are few.
+class ReadyFlow {
+ public:
+  // The flow must outlive it. Throws InvalidInput where validate(flow) does.
+  ReadyFlow(const Flow& flow, const AdvectOptions& options);
+
+  const Flow& flow() const { return flow_; }
+  const AdvectOptions& options() const { return options_; }
+
+  // Calls body with prepared segments that follow each other, until it returns false.
+  template <class Body>
+  void in_batches(const Body& body);
+
+ private:
+  const Flow& flow_;
+  AdvectOptions options_;
+  bool keeps_ = false;
+  std::vector<ReadySegment> kept_;
+};
+
 class BlockMover {
  public:
   // `max_evaluations`: of v, for all path lines together.
@@ -32,7 +52,7 @@ class BlockMover {
              std::uint64_t max_evaluations)
       : blocks_(blocks), points_(points), options_(options), max_evaluations_(max_evaluations) {}
 
-  AdvectResult run(const Flow& flow);
+  AdvectResult run(ReadyFlow& flow);
 
  private:
   struct Work;  // of one thread, for one group
@@ -62,7 +82,6 @@ class BlockMover {
 
 // Does the same as advect(), but ends with the status `step_limit`, and leaves the points unchanged, soon after all
 // path lines together need more than `max_evaluations` of v. Whether they do depends on the points and the flow alone.
-AdvectResult advect_within(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
-                           std::uint64_t max_evaluations);
+AdvectResult advect_within(ReadyFlow& flow, std::span<Vec3d> points, std::uint64_t max_evaluations);
 
 }  // namespace knead::detail

@@ -339,13 +339,11 @@ class MeshFollower {
  private:
   // Moves points as the vertices were moved, without a count in progress->done: how many points a remesh carries is not
   // known beforehand. Returns the number of evaluations; more than `most` end it.
-  std::uint64_t carry(const Flow& flow, std::span<Vec3d> points, std::uint64_t most) {
-    AdvectOptions options = advect_options(shape_.motion_, shape_.reference_length_);
-    options.progress = progress_;
+  std::uint64_t carry(detail::ReadyFlow& flow, std::span<Vec3d> points, std::uint64_t most) {
     const KeptCount kept(progress_, true);
     const Backend& backend = shape_.motion_.backend;
     const AdvectResult result =
-        backend ? backend(flow, points, options) : detail::advect_within(flow, points, options, most);
+        backend ? backend(flow.flow(), points, flow.options()) : detail::advect_within(flow, points, most);
     shape_.work_ += result;
     if (result.status == AdvectStatus::done) return result.evaluations;
     shape_.work_.status = AdvectStatus::done;
@@ -354,12 +352,12 @@ class MeshFollower {
   }
 
   // Returns the evaluations of the part's flow for a vertex, on average.
-  double evaluations_each(const Part& part) {
+  double evaluations_each(const Part& part, detail::ReadyFlow& flow) {
     const std::size_t stride = part.before.size() / kCostSamples + 1;
     std::vector<Vec3d> sample;
     for (std::size_t i = 0; i < part.before.size(); i += stride) sample.push_back(part.before[i]);
     if (sample.empty()) return 0;
-    return static_cast<double>(carry(part.flow, sample, kAnyNumber)) / static_cast<double>(sample.size());
+    return static_cast<double>(carry(flow, sample, kAnyNumber)) / static_cast<double>(sample.size());
   }
 
   RemeshOptions remesh_options(const std::vector<std::uint32_t>& labels) const {
@@ -389,9 +387,10 @@ class MeshFollower {
   }
 
   // Sets the limit on the cost of following a part. Returns the limit for the stroke as a whole.
-  double set_budget(const Part& part, double cost, std::size_t max_vertices, CarryBudget& budget) {
+  double set_budget(const Part& part, detail::ReadyFlow& flow, double cost, std::size_t max_vertices,
+                    CarryBudget& budget) {
     budget.least = std::max(1.0, kMinEach * static_cast<double>(part.flow.segments.size()));
-    budget.of_the_stroke = cost * evaluations_each(part);
+    budget.of_the_stroke = cost * evaluations_each(part, flow);
     const double of_strokes = kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size());
     const double all = std::max(kEvaluationsPerVertex * static_cast<double>(max_vertices), of_strokes);
     halving_.narrow_most = std::max(kWorkOfNarrow * all, of_strokes);
@@ -405,6 +404,9 @@ class MeshFollower {
   RemeshOutcome remesh(const Mesh& mesh, const Part& part) {
     const FlowReach reach(part.flow);
     const double cost = cost_of(part.flow);
+    AdvectOptions motion = advect_options(shape_.motion_, shape_.reference_length_);
+    motion.progress = progress_;
+    detail::ReadyFlow flow(part.flow, motion);
     const std::vector<std::uint32_t> labels = labels_of(*shape_.provenance_, shape_.policy_->face_labels);
     RemeshOptions options = remesh_options(labels);
     const std::vector<std::uint8_t> held = held_vertices(shape_.mask_, mesh.positions);
@@ -416,7 +418,7 @@ class MeshFollower {
     deformation.points_left = [&] { return budget.points_left(halving_.spent); };
     deformation.carry = [&](std::span<Vec3d> points) {
       const double left = (kMoreThanBudget * budget.most - halving_.spent) / cost;
-      const double spent = cost * static_cast<double>(carry(part.flow, points, whole_number(left)));
+      const double spent = cost * static_cast<double>(carry(flow, points, whole_number(left)));
       budget.spent += spent;
       halving_.spent += spent;
       budget.points += static_cast<double>(points.size());
@@ -428,7 +430,7 @@ class MeshFollower {
       options.stop_where_crossed = true;
       options.stop_where_thousands_cross = halving_.is_narrow;
       options.seconds = seconds_until(halving_.end);
-      const double all = set_budget(part, cost, options.targets.max_vertices, budget);
+      const double all = set_budget(part, flow, cost, options.targets.max_vertices, budget);
       RemeshOutcome outcome{AdvectStatus::done,
                             remesh_detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, places)};
       const bool is_whole = halving_.most_faces == 0;

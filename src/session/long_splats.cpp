@@ -197,18 +197,19 @@ class Splitter {
   // move.
   std::vector<bool> move(const Flow& flow, std::span<Vec3d> points, std::size_t each) const {
     std::vector<bool> runs_away(points.size() / each);
-    if (!points.empty()) move_group(flow, points, each, 0, runs_away);
+    detail::ReadyFlow ready(flow, motion_);
+    if (!points.empty()) move_group(ready, points, each, 0, runs_away);
     return runs_away;
   }
 
   // first: the number of the group's first piece.
-  void move_group(const Flow& flow, std::span<Vec3d> points, std::size_t each, std::size_t first,
+  void move_group(detail::ReadyFlow& flow, std::span<Vec3d> points, std::size_t each, std::size_t first,
                   std::vector<bool>& runs_away) const {
     const std::size_t pieces = points.size() / each;
     const bool is_small = pieces <= kGroupPieces;
-    const std::uint64_t of_points = kPointEvaluations * flow.segments.size() * points.size();
+    const std::uint64_t of_points = kPointEvaluations * flow.flow().segments.size() * points.size();
     const std::uint64_t most = is_small ? kGroupEvaluations + of_points : std::numeric_limits<std::uint64_t>::max();
-    if (detail::advect_within(flow, points, motion_, most).status == AdvectStatus::done) return;
+    if (detail::advect_within(flow, points, most).status == AdvectStatus::done) return;
     runs_away[first] = pieces == 1;
     if (pieces == 1) return;
     const std::size_t part = is_small ? pieces / 2 : kGroupPieces;
