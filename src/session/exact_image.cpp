@@ -273,8 +273,7 @@ std::optional<std::string> ExactImage::compare(const DeformedShape& shape, const
   if (!is_far && share <= kWorthAWord) return std::nullopt;
   std::string text = fmt::format(
       "the faces {}follow these strokes: the exact image of the surface is {:.2g} of its size away from them (root "
-      "mean "
-      "square; {:.2g} at most){}; {}",
+      "mean square; {:.2g} at most){}; {}",
       is_far ? "cannot " : "do not quite ", error.rms, error.greatest,
       error.volume == 0 ? "" : fmt::format(", and the volume changes by a fraction of {:.2g}", error.volume),
       same_faces ? "add --remesh (or a remesh line), or use a finer mesh"
