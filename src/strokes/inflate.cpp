@@ -41,40 +41,57 @@ constexpr double kExactDepth = 1e-3;   // of the depth
 constexpr double kMostShort = 5e-3;    // of what is wanted
 constexpr int kCorrections = 6;
 constexpr std::size_t kMaxPoints = 10'000;
+constexpr std::size_t kPiecesOfBox = 16;
 
 // The space within the radius of the stroke's path.
-struct InflateTool {
-  const std::vector<Vec3d>& path;
-  double radius = 0;
-
-  template <class Visit>
-  void for_each_piece(const Visit& visit) const {
-    for (std::size_t i = 0; i + 1 < std::max<std::size_t>(path.size(), 2); ++i) {
-      visit(path[i], path[std::min(i + 1, path.size() - 1)]);
+class InflateTool {
+ public:
+  // The path must outlive it.
+  InflateTool(const std::vector<Vec3d>& path, double radius) : radius_(radius), path_(path) {
+    const Vec3d by{radius, radius, radius};
+    for (std::size_t first = 0; first < path.size(); first += kPiecesOfBox) {
+      Box& box = boxes_.emplace_back();
+      for (std::size_t i = first; i < std::min(first + kPiecesOfBox + 1, path.size()); ++i) {
+        box.extend(path[i] - by);
+        box.extend(path[i] + by);
+      }
     }
   }
 
+  // Returns the distance from the path; infinity far beyond the radius.
   double distance(const Vec3d& p) const {
-    double least = norm(p - path.front());
-    for_each_piece([&](const Vec3d& a, const Vec3d& b) { least = std::min(least, distance_to_segment(p, a, b)); });
+    double least = kInfinity;
+    for (std::size_t b = 0; b < boxes_.size(); ++b) {
+      if (!contains(boxes_[b], p)) continue;
+      for (std::size_t i = b * kPiecesOfBox; i < std::min((b + 1) * kPiecesOfBox, path_.size()); ++i) {
+        least = std::min(least, distance_to_segment(p, path_[i], path_[std::min(i + 1, path_.size() - 1)]));
+      }
+    }
     return least;
   }
 
+  bool reaches(const Vec3d& p) const { return distance(p) <= radius_; }
+
   // Returns the rate of growth at a distance, relative to that at the path.
   double rate(double distance) const {
-    const double s = distance / (radius * (1 - kBeyondNode / kSpacingsOfRadius));
+    const double s = distance / (radius_ * (1 - kBeyondNode / kSpacingsOfRadius));
     const double rest = std::max(0.0, 1 - s * s);
     return rest * rest;
   }
 
   Box box() const {
-    Box box;
-    for (const Vec3d& p : path) {
-      box.extend(p - Vec3d{radius, radius, radius});
-      box.extend(p + Vec3d{radius, radius, radius});
+    Box all;
+    for (const Box& box : boxes_) {
+      all.extend(box.min);
+      all.extend(box.max);
     }
-    return box;
+    return all;
   }
+
+ private:
+  double radius_;
+  const std::vector<Vec3d>& path_;
+  std::vector<Box> boxes_;  // of pieces that follow each other
 };
 
 // A sum that does not depend on the order of the numbers.
@@ -89,7 +106,7 @@ class MovedSurface {
   MovedSurface(std::span<const Vec3d> positions, std::span<const Triangle> triangles, const InflateTool& tool) {
     std::vector<std::uint32_t> number(positions.size());
     std::vector<bool> is_near(positions.size());
-    for (std::size_t i = 0; i < is_near.size(); ++i) is_near[i] = tool.distance(positions[i]) <= tool.radius;
+    for (std::size_t i = 0; i < is_near.size(); ++i) is_near[i] = tool.reaches(positions[i]);
     for (const Triangle& t : triangles) {
       if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near[v]; })) continue;
       Triangle own = t;
@@ -163,7 +180,7 @@ class Inflation {
   Inflation(const InflateStroke& stroke, const LiveSurface& surface, int threads)
       : origin_(stroke.points.front()),
         stroke_(relative(stroke)),
-        tool_{stroke_.points, stroke_.radius},
+        tool_(stroke_.points, stroke_.radius),
         surface_(surface),
         threads_(threads),
         positions_(surface.positions.begin(), surface.positions.end()),
