@@ -179,15 +179,14 @@ std::vector<Option> describe(DeformOptions& options) {
 }
 
 void add_time_options(std::vector<Option>& options, FrameFlags& flags) {
-  options.insert(
-      options.end(),
-      {{"--fps", &flags.fps, "Frames a second of an animation or film (default: 24)", "F", OptionKind::optional,
-        is_above_zero, "give a number above 0, such as 24"},
-       {"--ease", word_target(flags.ease, {"linear", "smooth"}),
-        "How time runs over the frames: linear, or smooth (slowly at both ends)", "linear|smooth",
-        OptionKind::with_default},
-       {"--hold", &flags.hold, "So many more frames of the start at the beginning, and of the end at the end", "N",
-        OptionKind::optional, from_to(0, kMaxFrames), fmt::format("give 0 to {} frames", kMaxFrames)}});
+  options.insert(options.end(),
+                 {{"--fps", &flags.fps, "Frames a second of an animation or film (default: 24)", "F",
+                   OptionKind::optional, is_above_zero, "give a number above 0, such as 24"},
+                  {"--ease", word_target(flags.ease, {"linear", "smooth"}),
+                   "How time runs over the frames: linear, or smooth (slowly at both ends)", "linear|smooth",
+                   OptionKind::with_default},
+                  {"--hold", &flags.hold, "Show the first and the last frame so many frames longer", "N",
+                   OptionKind::optional, from_to(0, kMaxFrames), fmt::format("give 0 to {} frames", kMaxFrames)}});
 }
 
 FrameOptions frame_options(const FrameFlags& flags) {

@@ -271,7 +271,7 @@ void draw_motion(FrameExport& motion, int& frame) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(width);
   ImGui::SliderInt("Hold", &motion.hold, 0, 100);
-  help_on_hover("So many more frames of the start and of the end");
+  help_on_hover("Shows the first and the last frame so many frames longer");
   ImGui::SameLine();
   ImGui::Checkbox("Smooth", &motion.is_smooth);
   help_on_hover("Begins and ends slowly");
