@@ -259,42 +259,43 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
 
 void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
                   const std::function<void(const fs::path&)>& picture) {
-  const auto file = draw_file_dialog(dialogs.file, gui);
+  const std::vector<fs::path> files = draw_file_dialog(dialogs.file, gui);
   show_frame(studio, dialogs);
-  if (file) {
+  if (!files.empty()) {
+    const fs::path& file = files.front();
     switch (dialogs.file.use) {
       case FileUse::open:
-        do_or_ask(studio, dialogs, [&studio, path = *file] { studio.document().open(path); });
+        do_or_ask(studio, dialogs, [&studio, files] { studio.handle(FilesDropped{files}); });
         break;
       case FileUse::add:
-        studio.add_shape(*file);
+        for (const fs::path& each : files) studio.add_shape(each);
         break;
       case FileUse::stamp:
-        studio.tools().use_stamp(*file);
+        studio.tools().use_stamp(file);
         break;
       case FileUse::target:
-        studio.fit().open(*file, studio.view().navigation());
+        studio.fit().open(file, studio.view().navigation());
         break;
       case FileUse::reference:
-        studio.view().add_reference(*file);
+        studio.view().add_reference(file);
         break;
       case FileUse::save:
-        studio.document().save(*file);
+        studio.document().save(file);
         break;
       case FileUse::export_shape:
-        studio.document().export_shape(*file, dialogs.file.as_double);
+        studio.document().export_shape(file, dialogs.file.as_double);
         break;
       case FileUse::export_frames:
-        studio.document().export_frames(*file, dialogs.file.motion);
+        studio.document().export_frames(file, dialogs.file.motion);
         break;
       case FileUse::picture:
-        picture(*file);
+        picture(file);
         break;
       case FileUse::poster:
-        studio.view().write_poster(*file, dialogs.file.poster);
+        studio.view().write_poster(file, dialogs.file.poster);
         break;
       case FileUse::turntable:
-        studio.view().record_turntable(*file, dialogs.file.pictures);
+        studio.view().record_turntable(file, dialogs.file.pictures);
         break;
     }
   }

@@ -346,12 +346,12 @@ float rows_below(FileUse use) {
 namespace {
 
 // While the desktop asks, Studio waits.
-std::optional<fs::path> draw_desktop_dialog(FileDialog& dialog) {
+std::vector<fs::path> draw_desktop_dialog(FileDialog& dialog) {
   const char* const title = title_of(dialog.use);
   if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
   ImGui::SetNextWindowPos(ImGui::GetMainViewport()->GetCenter(), ImGuiCond_Always, {0.5F, 0.5F});
   constexpr int kSheet = ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize;
-  if (!ImGui::BeginPopupModal(title, nullptr, kSheet)) return std::nullopt;
+  if (!ImGui::BeginPopupModal(title, nullptr, kSheet)) return {};
   ImGui::TextUnformatted("Choose the file in the window that has opened.");
   std::optional<fs::path> answer = dialog.desktop->answer();
   if (ImGui::Button("Cancel") || escape_pressed()) answer.emplace();
@@ -361,29 +361,31 @@ std::optional<fs::path> draw_desktop_dialog(FileDialog& dialog) {
     ImGui::CloseCurrentPopup();
   }
   ImGui::EndPopup();
-  if (!answer || answer->empty()) return std::nullopt;
+  if (!answer || answer->empty()) return {};
   dialog.folder = answer->parent_path();
   dialog.name = answer->filename().string();
   const fs::path chosen = chosen_path(dialog);
   std::error_code error;
-  if (chosen == *answer || !fs::exists(chosen, error)) return chosen;
+  if (chosen == *answer || !fs::exists(chosen, error)) return {chosen};
   // With its extension the name is that of a file that the desktop has not asked about.
   go_to(dialog, dialog.folder);
   dialog.is_open = true;
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
 
-std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
+bool asks_for_files(const FileDialog& dialog) { return dialog.is_open && !dialog.desktop && !writes(dialog.use); }
+
+std::vector<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   const char* const title = title_of(dialog.use);
   // The shape is seen as it is while a frame of it is looked at. Dear ImGui reads this colour at the end of the
   // picture.
   ImGui::GetStyle().Colors[ImGuiCol_ModalWindowDimBg].w = dialog.is_open && dialog.frame > 0 ? 0 : kDimmed;
-  if (!dialog.is_open) return std::nullopt;
+  if (!dialog.is_open) return {};
   if (dialog.desktop) return draw_desktop_dialog(dialog);
   if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
-  if (!begin_dialog(title, gui, dialog.use == FileUse::export_frames)) return std::nullopt;
+  if (!begin_dialog(title, gui, dialog.use == FileUse::export_frames)) return {};
   // Also where a file was chosen by the mouse; in a field the key is the field's.
   bool chosen = enter_pressed();
   draw_places(dialog);
@@ -402,11 +404,9 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   if (dialog.use == FileUse::turntable) ImGui::SliderInt("Pictures", &dialog.pictures, 2, 600);
   if (dialog.use == FileUse::poster) draw_poster(dialog.poster);
   if (dialog.use == FileUse::export_frames) draw_motion(dialog.motion, dialog.frame);
-  std::optional<fs::path> result;
-  if (draw_choice(dialog, chosen)) {
-    result = chosen_path(dialog);
-    dialog.is_open = false;
-  }
+  std::vector<fs::path> result = std::exchange(dialog.brought, {});
+  if (draw_choice(dialog, chosen)) result = {chosen_path(dialog)};
+  if (!result.empty()) dialog.is_open = false;
   if (!dialog.is_open) ImGui::CloseCurrentPopup();
   ImGui::EndPopup();
   return result;

@@ -59,6 +59,7 @@ struct FileDialog {
   std::string typed_folder;
   std::string name;
   FileList list;
+  std::vector<std::filesystem::path> brought;  // files that were dropped on it, or that a page's browser has chosen
   bool is_sure = false;    // the file may be replaced
   bool has_faces = true;   // the exported shape has faces
   bool as_double = false;  // of export_shape: coordinates of PLY as doubles
@@ -72,7 +73,10 @@ struct FileDialog {
 // the desktop's own dialog asks, if there is one and the file is the only question.
 void open_file_dialog(FileDialog& dialog, FileUse use, const std::filesystem::path& near, bool by_desktop);
 
-// Draws the dialog while it is open. Returns the file once the user has chosen one.
-std::optional<std::filesystem::path> draw_file_dialog(FileDialog& dialog, const Gui& gui);
+// Returns whether the dialog is open and asks for a file to read.
+bool asks_for_files(const FileDialog& dialog);
+
+// Draws the dialog while it is open. Returns the file once the user has chosen one, or all that were brought.
+std::vector<std::filesystem::path> draw_file_dialog(FileDialog& dialog, const Gui& gui);
 
 }  // namespace knead::studio

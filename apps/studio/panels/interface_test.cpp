@@ -581,6 +581,31 @@ TEST_F(InterfaceTest, ExportListsItsFormats) {
   for (const std::string& name : written) fs::remove(name);
 }
 
+TEST_F(InterfaceTest, AFileDialogTakesWhatIsBroughtToIt) {
+  ShownPanels panels(options(), 1280, 800);
+  std::vector<fs::path> files;
+  for (const char* name : {"one.obj", "two.obj"}) {
+    files.push_back(folder_ / name);
+    std::ofstream(files.back().string()) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  }
+  const auto bring = [&](const char* key) {
+    panels.key(key);
+    panels.frame();
+    EXPECT_TRUE(panels.interface.is_asking());
+    panels.frame({FilesDropped{files}});
+    for (int i = 0; i < 3; ++i) panels.frame();
+    EXPECT_FALSE(panels.interface.is_asking());
+    EXPECT_EQ(errors(panels.studio), "");
+    return panels.studio.document().shown().objects.list.size();
+  };
+  EXPECT_EQ(bring("Ctrl+O"), 2u);
+  EXPECT_EQ(bring("Ctrl+Alt+O"), 4u);
+  panels.key("Ctrl+E");
+  panels.frame({FilesDropped{files}});
+  EXPECT_TRUE(panels.interface.is_asking()) << "a file to write is none that is there";
+  EXPECT_EQ(panels.studio.document().shown().objects.list.size(), 4u);
+}
+
 TEST(Search, SaysWhereEveryCommandIs) {
   EXPECT_EQ(place_of(action_of(*studio_tool("flatten"))), "Tools, Shape");
   EXPECT_EQ(place_of(Action::remesh), "Menu Edit");
