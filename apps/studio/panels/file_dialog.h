@@ -59,14 +59,14 @@ struct FileDialog {
   std::string typed_folder;
   std::string name;
   FileList list;
-  std::vector<std::filesystem::path> brought;  // files that were dropped on it, or that a page's browser has chosen
-  bool is_sure = false;    // the file may be replaced
-  bool has_faces = true;   // the exported shape has faces
-  bool as_double = false;  // of export_shape: coordinates of PLY as doubles
-  FrameExport motion;      // of export_frames
-  int frame = 0;           // of export_frames: the shown frame, from 1; 0: none
-  int pictures = 24;       // of turntable
-  Poster poster;           // of poster
+  std::vector<std::filesystem::path> brought;  // dropped on it or on the welcome, or chosen in a page's browser
+  bool is_sure = false;                        // the file may be replaced
+  bool has_faces = true;                       // the exported shape has faces
+  bool as_double = false;                      // of export_shape: coordinates of PLY as doubles
+  FrameExport motion;                          // of export_frames
+  int frame = 0;                               // of export_frames: the shown frame, from 1; 0: none
+  int pictures = 24;                           // of turntable
+  Poster poster;                               // of poster
 };
 
 // Opens the dialog. `near`: a file or folder to begin at; its name is proposed for the file to write. With `by_desktop`

@@ -152,7 +152,8 @@ void Interface::handle(const std::vector<Event>& events) {
       continue;
     } else if (!is_asking() && is_escape(event) && dialogs_.welcome.tour) {
       dialogs_.welcome.tour.reset();
-    } else if (const auto* dropped = std::get_if<FilesDropped>(&event); dropped && asks_for_files(dialogs_.file)) {
+    } else if (const auto* dropped = std::get_if<FilesDropped>(&event);
+               dropped != nullptr && (asks_for_files(dialogs_.file) || dialogs_.welcome.is_open)) {
       dialogs_.file.brought = dropped->files;
     } else if (!is_asking() || passes_dialogs(event)) {
       const bool was_free = !studio_.is_in_hand();

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "panels/interface.h"
 #include "panels/widgets.h"
@@ -183,6 +186,10 @@ void draw_welcome(Studio& studio, Dialogs& dialogs, const Gui& gui) {
   for (const Example& example : kExamples) {
     if (!draw_example(example, gui)) continue;
     do_or_ask(studio, dialogs, [&studio, &example] { open_example(studio, example); });
+    is_done = true;
+  }
+  if (const std::vector<std::filesystem::path> files = std::exchange(dialogs.file.brought, {}); !files.empty()) {
+    do_or_ask(studio, dialogs, [&studio, files] { studio.handle(FilesDropped{files}); });
     is_done = true;
   }
   ImGui::Separator();

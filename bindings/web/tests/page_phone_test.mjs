@@ -89,6 +89,18 @@ describe('the page on a phone', { skip }, () => {
     assert.deepEqual(tab.problems, []);
   });
 
+  it('the dialog to open takes a file that the browser chooses', async (test) => {
+    const { tab, tap } = await openPhone(test);
+    await tab.keyboard.press('Control+o');
+    await settle(tab);
+    const chooser = tab.waitForEvent('filechooser');
+    await tap({ x: 194, y: 246 });
+    const buffer = Buffer.from('v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n');
+    await (await chooser).setFiles({ name: 'chosen.obj', mimeType: 'text/plain', buffer });
+    await tab.waitForFunction(() => document.title.includes('chosen.obj'));
+    assert.deepEqual(tab.problems, []);
+  });
+
   it('two taps near each other are two clicks', async (test) => {
     const { tab, touch } = await openPhone(test);
     await tab.evaluate(() => {
