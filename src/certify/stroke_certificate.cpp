@@ -171,9 +171,11 @@ StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& opti
 }
 
 std::size_t opposing_more(const Mesh& before, const Mesh& after) {
-  const auto more = [](std::size_t first, std::size_t last) { return last > first ? last - first : 0; };
-  if (more(opposing(before), opposing(after)) == 0) return 0;
-  return more(opposing(without_branches(before)), opposing(without_branches(after)));
+  const auto more = [](const Mesh& first, const Mesh& last) {
+    const std::size_t count = opposing(last);
+    return count - (count > 0 ? std::min(count, opposing(first)) : 0);  // mostly there are none
+  };
+  return more(before, after) == 0 ? 0 : more(without_branches(before), without_branches(after));
 }
 
 }  // namespace knead::session_detail

@@ -18,6 +18,8 @@ namespace {
 constexpr int kMaxCells = 1 << 16;
 constexpr int kNewtonSteps = 30;
 constexpr std::size_t kCellsPerStation = 3;
+constexpr std::size_t kStationsPerLook = 16;  // of a first search
+constexpr double kBelowRounding = 1 - 1e-6;
 // u^2 below which the correction that keeps the volume is rounded away, and its divisor may vanish.
 constexpr double kFlat = 1e-40;
 
@@ -269,15 +271,29 @@ auto CurveTable<S>::starts_near(const Vec3d& x) const -> std::array<Start, 2> {
       starts[1] = start;
     }
   };
+  const auto distance_at = [&](std::size_t i) {
+    const Vec3d d = i < end ? x - stations_[i] : Vec3d{kInfinity, 0, 0};
+    return inner(d, d);
+  };
+  double nearest = kInfinity;
+  for (std::size_t i = first; i < end; i += kStationsPerLook) nearest = std::min(nearest, distance_at(i));
+  nearest = std::sqrt(nearest);
+  const double near = (nearest + 4 * station_gap_) * (nearest + 4 * station_gap_);
   double before = kInfinity;
   bool was_nearer = false;
   for (std::size_t i = first; i <= end; ++i) {
-    const Vec3d d = i < end ? x - stations_[i] : Vec3d{kInfinity, 0, 0};
-    const double distance = inner(d, d);
+    const double distance = distance_at(i);
     const bool is_nearer = distance < before;
     if (was_nearer && !is_nearer) add({static_cast<double>(i - 1), before});
     was_nearer = is_nearer;
     before = distance;
+    if (!(distance > near)) continue;
+    // find() uses no station that is farther than the nearest one by more than the gap, as the next stations are.
+    const double farther = kBelowRounding * (std::sqrt(distance) - nearest) / station_gap_ - 1;
+    if (!(farther < static_cast<double>(end - i))) break;
+    i += static_cast<std::size_t>(farther);
+    before = distance_at(i);
+    was_nearer = false;
   }
   for (Start& start : starts) {
     const auto cell = static_cast<std::size_t>(start.s) * kCellsPerStation;

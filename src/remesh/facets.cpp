@@ -5,9 +5,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <queue>
+#include <utility>
 
 #include "math/elementary.h"
 #include "mesh/edges.h"
+#include "remesh/improve.h"
 
 namespace knead::remesh_detail {
 
@@ -67,6 +70,122 @@ struct Facet {
 
   // Curved surfaces have single flat triangles and quadrilaterals, too.
   bool is_of_part() const { return triangles >= kMinFacetTriangles || (is_narrow && (triangles > 1 || has_crease)); }
+};
+
+constexpr double kDelaunayMargin = 1e-10;        // of the sine of two angles: above rounding
+constexpr double kSameValue = 1e-6;              // of attributes, relative
+constexpr double kNoValue = 1e-9;                // smaller ones are equal to kSameValue of this
+constexpr std::size_t kMaxFlatFaceGrowth = 8;    // factor by which good triangles may increase the number of faces
+constexpr std::size_t kFewFlatFaces = 1000;      // added before that factor
+const double kBesideEdge = -0.5 * std::sqrt(3);  // cosine of 150 degrees: a vertex that sees an edge so is too near it
+
+// Divides the flat faces of parts. A triangle is thin below kNarrowQuality.
+class FlatFaces {
+ public:
+  FlatFaces(Surface& s, const Improvement& task, double max_edge)
+      : s_(s),
+        task_(task),
+        max_edge2_(max_edge * max_edge),
+        flips_(s),
+        max_faces_(kMaxFlatFaceGrowth * (s.face_count() + kFewFlatFaces)) {}
+
+  ImprovementCounts divide() {
+    if (!has_room()) return {};
+    for (std::uint32_t f = 0; f < s_.face_count(); ++f) add_if_bad(f);
+    while (!bad_.empty() && s_.vertex_count() < task_.targets.max_vertices) {
+      stop_if_cancelled(task_.progress);
+      if (task_.deadline != nullptr && task_.deadline->is_over()) break;
+      const auto [length2, f] = bad_.top();
+      bad_.pop();
+      if (length2_of(longest_edge(s_, f, s_.after)) != length2) continue;  // it is in the queue again
+      flips_.unsettle(f);
+      const bool has_changed = settle() || split_beside(f);
+      if (has_changed) add_if_bad(f);
+    }
+    return counts_;
+  }
+
+ private:
+  double length2_of(std::uint32_t h) const { return norm2(s_.after[s_.target(h)] - s_.after[s_.origin(h)]); }
+
+  // Returns false if the faces need more vertices than there may be, even in equilateral triangles.
+  bool has_room() const {
+    double area = 0;
+    for (std::size_t f = 0; f < s_.face_count(); ++f) {
+      if (s_.is_of_part(f)) area += 0.5 * norm(area_vector(s_, f, s_.after));
+    }
+    return 2 * area <= static_cast<double>(task_.targets.max_vertices) * std::sqrt(3.0) * max_edge2_;
+  }
+
+  void add_if_bad(std::uint32_t f) {
+    if (!s_.is_of_part(f)) return;
+    const double length2 = length2_of(longest_edge(s_, f, s_.after));
+    const bool is_thin = s_.face_count() < max_faces_ && quality(s_, f, s_.after) < kNarrowQuality;
+    if (length2 > max_edge2_ || is_thin) bad_.emplace(length2, f);
+  }
+
+  bool settle() {
+    const std::size_t flips = flips_.settle([&](std::uint32_t h) {
+      add_if_bad(h / 3);
+      add_if_bad(s_.opposite[h] / 3);
+    });
+    counts_.flips += flips;
+    return flips > 0;
+  }
+
+  // An edge between faces, or one that is short, is not split for the sake of good triangles; neither is one whose
+  // middle would be close to an edge between faces.
+  bool may_split(std::uint32_t h) const {
+    const bool is_still = !s_.has(s_.origin(h), kRegion) || !s_.has(s_.target(h), kRegion);
+    if (is_still || s_.edge_has(h, kLocked)) return false;
+    if (length2_of(h) > max_edge2_) return true;
+    const double shortest = 2 * task_.targets.max_chord;
+    if (flips_.is_border(h) || length2_of(h) < shortest * shortest) return false;
+    const Vec3d middle = (s_.after[s_.origin(h)] + s_.after[s_.target(h)]) * 0.5;
+    const auto is_beside = [&](std::uint32_t side) {
+      const Vec3d a = s_.after[s_.origin(side)] - middle;
+      const Vec3d b = s_.after[s_.target(side)] - middle;
+      return flips_.is_border(side) && dot(a, b) < kBesideEdge * std::sqrt(norm2(a) * norm2(b));
+    };
+    const std::uint32_t o = s_.opposite[h];
+    return !is_beside(Surface::next(h)) && !is_beside(Surface::previous(h)) && !is_beside(Surface::next(o)) &&
+           !is_beside(Surface::previous(o));
+  }
+
+  // Splits the edge where the path of longer and longer edges from the face ends. Returns true if it did.
+  bool split_beside(std::uint32_t f) {
+    std::uint32_t h = longest_edge(s_, f, s_.after);
+    while (!flips_.is_border(h)) {
+      const std::uint32_t next = longest_edge(s_, s_.opposite[h] / 3, s_.after);
+      if (!(length2_of(next) > length2_of(h))) break;
+      h = next;
+    }
+    if (!may_split(h)) return false;
+    std::vector<std::uint32_t> changed;
+    s_.for_each_copy(s_.edge[h], [&](std::uint32_t e) {
+      changed.push_back(s_.halfedge[e] / 3);
+      if (s_.opposite[s_.halfedge[e]] != kNone) changed.push_back(s_.opposite[s_.halfedge[e]] / 3);
+    });
+    for (std::size_t i = changed.size(), first = s_.face_count(); i > 0; --i)
+      changed.push_back(static_cast<std::uint32_t>(first++));
+    const Vec3d middle = (s_.after[s_.origin(h)] + s_.after[s_.target(h)]) * 0.5;
+    s_.set(split(s_, h, middle, middle), kMoved);
+    ++counts_.splits;
+    for (const std::uint32_t face : changed) {
+      flips_.unsettle(face);
+      add_if_bad(face);
+    }
+    settle();
+    return true;
+  }
+
+  Surface& s_;
+  const Improvement& task_;
+  double max_edge2_;
+  FlatFlips flips_;
+  std::size_t max_faces_;
+  std::priority_queue<std::pair<double, std::uint32_t>> bad_;  // square of the longest edge, and face
+  ImprovementCounts counts_;
 };
 
 }  // namespace
@@ -136,6 +255,67 @@ std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector
   std::vector<std::uint8_t> of_part(s.face_count());
   for (std::uint32_t f = 0; f < s.face_count(); ++f) of_part[f] = facets[sets.find(f)].is_of_part() ? 1 : 0;
   return of_part;
+}
+
+bool FlatFlips::is_border(std::uint32_t h) const {
+  constexpr int kStays = kFeature | kBoundary | kLocked | kBend;
+  return s_.opposite[h] == kNone || (s_.edge_flags[s_.edge[h]] & kStays) != 0;
+}
+
+// Returns true if the angles opposite to the edge are more than half a turn, and its two faces lie in one plane.
+bool FlatFlips::gains_by_flip(std::uint32_t h) const {
+  const std::uint32_t o = s_.opposite[h];
+  if (is_border(h) || !s_.is_of_part(h / 3) || !s_.is_of_part(o / 3)) return false;
+  const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
+  const Vec3d& c = s_.before[v[2]];
+  const Vec3d& d = s_.before[v[3]];
+  const Vec3d ca = s_.before[v[0]] - c;
+  const Vec3d cb = s_.before[v[1]] - c;
+  const Vec3d da = s_.before[v[0]] - d;
+  const Vec3d db = s_.before[v[1]] - d;
+  const Vec3d normal = normalized(cross(ca, cb) + cross(db, da));
+  const double sine_c = dot(cross(ca, cb), normal);
+  const double sine_d = dot(cross(db, da), normal);
+  const double sizes = std::sqrt(norm2(ca) * norm2(cb) * norm2(da) * norm2(db));
+  if (!(sine_c * dot(da, db) + sine_d * dot(ca, cb) < -kDelaunayMargin * sizes)) return false;
+  if (!(dot(cross(c - d, da), normal) > 0 && dot(cross(d - c, cb), normal) > 0)) return false;
+  const Vec3d across = cross(ca - cb, d - c);
+  if (std::abs(dot(across, ca)) > tolerance_ * norm(across)) return false;
+  if (!std::all_of(v.begin(), v.end(), [&](std::uint32_t w) { return s_.has(w, kRegion); })) return false;
+  return v[2] != v[3] && !are_neighbours(s_, v[2], v[3]) && keeps_values(h);
+}
+
+// Returns true if the values of attributes at the two faces of an edge are those of one linear function.
+bool FlatFlips::keeps_values(std::uint32_t h) const {
+  if (s_.vertex_values.stride + s_.corner_values.stride == 0) return true;
+  const std::uint32_t o = s_.opposite[h];
+  const std::array<std::uint32_t, 4> corners{h, Surface::next(h), Surface::previous(h), Surface::previous(o)};
+  std::array<Vec3d, 4> p{};
+  std::transform(corners.begin(), corners.end(), p.begin(), [&](std::uint32_t k) { return s_.before[s_.corner[k]]; });
+  const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+  const auto share = [&](std::size_t i) {
+    return dot(cross(p[(i + 1) % 3] - p[3], p[(i + 2) % 3] - p[3]), normal) / norm2(normal);
+  };
+  const std::array<double, 3> shares{share(0), share(1), share(2)};
+  const auto are_linear = [&](const Values& values, const auto& row_of) {
+    for (std::size_t i = 0; i < values.stride; ++i) {
+      double expected = 0;
+      double size = kNoValue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double value = values.of(row_of(corners[k]))[i];
+        expected += shares[k] * value;
+        size += std::abs(shares[k] * value);
+      }
+      if (!(std::abs(values.of(row_of(corners[3]))[i] - expected) <= kSameValue * size)) return false;
+    }
+    return true;
+  };
+  return are_linear(s_.vertex_values, [&](std::uint32_t k) { return s_.corner[k]; }) &&
+         are_linear(s_.corner_values, [](std::uint32_t k) { return k; });
+}
+
+ImprovementCounts divide_flat_faces(Surface& s, const Improvement& improvement, double max_edge) {
+  return FlatFaces(s, improvement, max_edge).divide();
 }
 
 }  // namespace knead::remesh_detail

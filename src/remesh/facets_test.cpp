@@ -116,6 +116,31 @@ TEST(FlatFaces, RemeshingAloneKeepsNarrowStripsAndRims) {
   EXPECT_NEAR(measure(result.mesh).volume / measure(mesh).volume, 1, 1e-12);
 }
 
+TEST(FlatFaces, RefiningADenseDiscTakesFewAndGoodTriangles) {
+  for (const double size : {1e-3, 1.0, 1e3}) {
+    std::vector<Vec3d> outline;
+    for (int i = 0; i < 400; ++i) {
+      const double angle = 2 * std::numbers::pi * i / 400;
+      outline.push_back(size * Vec3d{10 * std::cos(angle), 10 * std::sin(angle), 0});
+    }
+    Mesh disc = in_triangles(prism(outline));
+    for (Vec3d& p : disc.positions) p.z *= 2 * size;
+    RemeshSettings settings;
+    settings.max_edge = 2 * size;
+    settings.iterations = 0;
+    const Remeshed result = remesh(disc, settings);
+    EXPECT_LT(result.mesh.face_count(), 8000U);
+    EXPECT_GT(smallest_angle(result.mesh), kThinAngle);
+    EXPECT_LT(distance(result.mesh, disc), 1e-12 * size * 20);
+    EXPECT_LT(distance(disc, result.mesh), 1e-12 * size * 20);
+    EXPECT_TRUE(measure(result.mesh).closed());
+    EXPECT_TRUE(result.counts.complete);
+    for (std::size_t v = 0; v < disc.vertex_count(); ++v) {
+      ASSERT_EQ(result.mesh.positions[v], disc.positions[v]);
+    }
+  }
+}
+
 TEST(FlatFaces, RemeshingAloneMovesACurvedSurfaceOnlyWhereThatIsAskedFor) {
   Mesh ball = make_shape(ShapeKind::sphere, 2000);
   for (Vec3d& p : ball.positions) {

@@ -69,9 +69,18 @@ inline constexpr int kRepairLevels = 4;
 inline constexpr int kGuardedLevels = 8;
 ImprovementCounts repair_triangles(Surface& surface, const Improvement& improvement, int level);
 
-// Improves thin triangles in the flat faces of parts before a deformation, as repair_triangles() does, but within their
-// planes, so that the deformation begins with good triangles. Removes none. `surface.after` must equal `before`.
+// Improves thin triangles in the flat faces of parts, as repair_triangles() does, but within their planes. Removes
+// none.
 ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improvement);
+
+// Divides the flat faces of parts before a deformation so that their triangles are good and no edge is longer than
+// `max_edge`; the surface and its vertices stay. Splits the longest edges around a bad triangle in their middles, and
+// flips edges to those of a Delaunay triangulation after each split. Splits edges between faces only where they are
+// longer than `max_edge`. `surface.after` must equal `before`.
+//
+// After M. Rivara and N. Hitschfeld, "LEPP-Delaunay algorithm: a robust tool for producing size-optimal quality
+// triangulations", 8th International Meshing Roundtable, 1999.
+ImprovementCounts divide_flat_faces(Surface& surface, const Improvement& improvement, double max_edge);
 
 // Moves all free vertices but the locked ones a little, so that the volume grows by about `volume`.
 void spread_volume(Surface& surface, double volume, const std::vector<bool>& locked);

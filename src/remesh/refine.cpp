@@ -254,6 +254,7 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
       outside_(static_cast<double>(outside)) {
   deviation_.reserve(s_.halfedge.capacity());
   deviation_.resize(s_.halfedge.size());
+  if (options.targets.iterations > 0 && std::count(s_.of_part.begin(), s_.of_part.end(), 1) > 0) flat_.emplace(s_);
   uncarried_.reserve(s_.halfedge.size());
   for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
     if ((s_.edge_flags[e] & kLocked) == 0) uncarried_.push_back(e);
@@ -431,7 +432,14 @@ void Refinement::split_edge(std::uint32_t e) {
     deviation_[c] = {};
     uncarried_.push_back(c);
   });
+  const std::size_t faces = s_.face_count();
+  const std::uint32_t o = s_.opposite[h];
   const std::uint32_t m = split(s_, h, before, after);
+  if (flat_) {
+    flat_->unsettle(h / 3);
+    if (o != kNone) flat_->unsettle(o / 3);
+    for (std::size_t f = faces; f < s_.face_count(); ++f) flat_->unsettle(static_cast<std::uint32_t>(f));
+  }
   if (moves) {
     s_.set(m, kMoved);
     s_.set(m, kRegion);
@@ -460,6 +468,12 @@ Refinement::Round Refinement::split_round(const std::vector<bool>& forced) {
   for (const auto& [length, e] : longest_first) {
     stop_if_cancelled(progress_);
     split_edge(e);
+  }
+  if (flat_) {
+    flips_ += flat_->settle([&](std::uint32_t d) {
+      deviation_[s_.edge[d]] = {};
+      uncarried_.push_back(s_.edge[d]);
+    });
   }
   std::sort(uncarried_.begin(), uncarried_.end());
   uncarried_.erase(std::unique(uncarried_.begin(), uncarried_.end()), uncarried_.end());

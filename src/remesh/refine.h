@@ -13,6 +13,7 @@
 
 #include "knead/error.h"
 #include "knead/remesh.h"
+#include "remesh/facets.h"
 #include "remesh/surface.h"
 
 namespace knead::remesh_detail {
@@ -79,6 +80,7 @@ class Refinement {
   void restore(std::vector<Vec3d> deviations) { deviation_ = std::move(deviations); }
 
   std::size_t splits() const { return splits_; }
+  std::size_t flips() const { return flips_; }
 
  private:
   // How a round ended.
@@ -124,7 +126,9 @@ class Refinement {
   std::vector<Vec3d> deviation_;
   std::vector<std::uint32_t> uncarried_;  // edges whose middle has not been moved yet
   std::vector<std::uint32_t> untested_;   // edges whose middle has been moved, not yet compared with the targets
+  std::optional<FlatFlips> flat_;         // unless nothing may be flipped
   std::size_t splits_ = 0;
+  std::size_t flips_ = 0;
 };
 
 }  // namespace knead::remesh_detail

@@ -61,6 +61,7 @@ class Remesher {
     end_step();
     improve_without_crossings();
     counts_.splits += refinement_.splits();
+    counts_.flips += refinement_.flips();
     count(flat_);
     limit_edges_of_result();
     stop_if_cancelled(options_.progress);
@@ -76,14 +77,15 @@ class Remesher {
   // Improves the flat faces of parts in the surface before, and carries the vertices that have changed.
   ImprovementCounts improve_before(const Deformation& deformation) {
     Surface& s = surface();
-    if (options_.exact || improve_ || options_.targets.iterations == 0 ||
+    if (improve_ || (options_.targets.iterations == 0 && !options_.exact) ||
         std::count(s.of_part.begin(), s.of_part.end(), 1) == 0) {
       return {};
     }
     const std::vector<Vec3d> before = s.before;
     const std::vector<Vec3d> after = std::exchange(s.after, s.before);
     const Improvement task{options_.targets, options_.progress, nullptr, &deadline_, nullptr, options_.threads};
-    const ImprovementCounts done = improve_flat_faces(s, task);
+    const double max_edge = options_.exact ? options_.targets.max_edge : kInfinity;
+    const ImprovementCounts done = divide_flat_faces(s, task, max_edge);
     s.before = s.after;
     std::vector<std::uint32_t> changed;
     std::vector<Vec3d> points;
