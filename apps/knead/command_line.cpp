@@ -17,8 +17,8 @@
 
 #include "command.h"
 #include "knead/error.h"
+#include "knead/knead.h"
 #include "knead/remesh.h"
-#include "knead/version.h"
 #include "output.h"
 #include "program.h"
 

@@ -15,7 +15,6 @@
 #include "command.h"
 #include "inputs.h"
 #include "json/json.h"
-#include "knead/animation.h"
 #include "knead/certify.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"

@@ -13,7 +13,6 @@
 #include "certified.h"
 #include "deform.h"
 #include "inputs.h"
-#include "knead/animation.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "output.h"

@@ -11,7 +11,7 @@
 #include "deform.h"
 #include "knead/editor/render.h"
 #include "knead/io.h"
-#include "knead/splats.h"
+#include "knead/mesh.h"
 #include "knead/vec.h"
 #include "output.h"
 #include "program.h"

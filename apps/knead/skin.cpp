@@ -15,12 +15,11 @@
 #include "deform.h"
 #include "inputs.h"
 #include "json/json.h"
-#include "knead/animation.h"
 #include "knead/error.h"
+#include "knead/fit.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
-#include "knead/skin.h"
 #include "output.h"
 
 namespace knead::command {

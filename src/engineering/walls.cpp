@@ -15,11 +15,7 @@
 
 namespace knead {
 
-using detail::MeshWalls;
-using detail::RoundForm;
-using detail::SlidingWall;
-using detail::WallParts;
-using detail::WallSurface;
+using namespace detail;
 
 namespace {
 

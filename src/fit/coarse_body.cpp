@@ -12,12 +12,9 @@
 #include "knead/vec.h"
 #include "mesh/body_points.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
-
-using detail::SparseCholesky;
-using detail::SymmetricMatrix;
 
 constexpr double kWeakEdge = 0.05;          // weight of an edge between separate pieces
 constexpr double kAnchorWeight = 30;        // relative to the edges of a mean node
@@ -260,7 +257,7 @@ SymmetricMatrix CoarseBody::matrix_with(std::span<const Held> held) const {
   return matrix;
 }
 
-std::vector<Vec3d> CoarseBody::right_side(const std::vector<Turn>& turns) const {
+std::vector<Vec3d> CoarseBody::right_side(const std::vector<Quaternion>& turns) const {
   std::vector<Vec3d> right(rest_.size(), Vec3d{0, 0, 0});
   for (std::size_t i = 0; i < rest_.size(); ++i) {
     for (const Edge& edge : edges_[i]) {
@@ -368,7 +365,7 @@ std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchor
   const Held pin{root, {0, 0, 0}, unit_};
   SparseCholesky factor;
   factor.factorize(matrix_with({&pin, 1}), 1);
-  std::vector<Turn> turns(rest_.size());
+  std::vector<Quaternion> turns(rest_.size());
   const auto anchors_at = [&](double time) {
     turns[root] = part_of(turns_[root], time);
     for (std::size_t k = 1; k < steps.size(); ++k) {
@@ -445,4 +442,4 @@ double length_of_path(const std::vector<Vec3d>& path) {
   return length;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

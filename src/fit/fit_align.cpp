@@ -11,7 +11,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -246,16 +246,7 @@ Vec3d mean_of(std::span<const Vec3d> points, std::span<const double> weights) {
 
 }  // namespace
 
-Turn operator*(const Turn& a, const Turn& b) {
-  return {a.w * b.w - dot(a.v, b.v), b.v * a.w + a.v * b.w + cross(a.v, b.v)};
-}
-
-Vec3d operator*(const Turn& turn, const Vec3d& p) {
-  const Vec3d t = cross(turn.v, p) * 2.0;
-  return p + t * turn.w + cross(turn.v, t);
-}
-
-Turn part_of(const Turn& turn, double part) {
+Quaternion part_of(const Quaternion& turn, double part) {
   const double sign = turn.w < 0 ? -1 : 1;
   const double w = 1 - part + part * sign * turn.w;
   const Vec3d v = turn.v * (part * sign);
@@ -263,7 +254,7 @@ Turn part_of(const Turn& turn, double part) {
   return {w / size, v / size};
 }
 
-Turn nearest_turn(const Mat3d& sum) {
+Quaternion nearest_turn(const Mat3d& sum) {
   const Vec3d& x = sum.row0;
   const Vec3d& y = sum.row1;
   const Vec3d& z = sum.row2;
@@ -465,4 +456,4 @@ std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double 
   return strokes;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -11,7 +11,7 @@
 #include "knead/mesh.h"
 #include "knead/stroke.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 // A surface or a cloud.
 struct MeasuredShape {
@@ -69,4 +69,4 @@ struct GrowthRange {
 // Throws Cancelled.
 GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3d>& points, const Measuring& measuring);
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -378,7 +378,7 @@ auto CurveTable<S>::on_section(const Vec3d& x, double s) const -> std::optional<
 template class CurveTable<double>;
 template bool CurveTable<double>::place<double>(const CurvePoint<double>&, Vec3d&) const;
 
-CurveReach::CurveReach(const Segment& segment)
+CurveSupport::CurveSupport(const Segment& segment)
     : tangent_(segment.curve.frame.row0),
       length_(segment.curve.length),
       radius_(segment.curve.radius),
@@ -389,7 +389,7 @@ CurveReach::CurveReach(const Segment& segment)
   first_ = curve.place - tangent_ * (curve.anchor * curve.spacing());
 }
 
-bool CurveReach::misses(const Vec3d& center, double radius) const {
+bool CurveSupport::misses(const Vec3d& center, double radius) const {
   if (!is_straight_) return false;
   const Vec3d d = center - first_;
   const double s = dot(d, tangent_);

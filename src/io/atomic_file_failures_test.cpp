@@ -15,7 +15,6 @@
 #include <cstring>
 #include <string_view>
 
-#include "knead/animation.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"

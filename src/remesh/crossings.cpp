@@ -12,7 +12,7 @@
 #include "knead/vec.h"
 #include "mesh/edges.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -330,4 +330,4 @@ void CrossingGuard::add(std::uint32_t face, std::uint32_t from) {
 
 void CrossingGuard::remove(std::uint32_t face) { obstacles_[obstacle_of_[face]].box = kNoBox; }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

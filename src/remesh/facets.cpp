@@ -9,7 +9,7 @@
 #include "math/elementary.h"
 #include "mesh/edges.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -138,4 +138,4 @@ std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector
   return of_part;
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

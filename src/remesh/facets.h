@@ -9,7 +9,7 @@
 #include "knead/vec.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // Returns how far points of a plane may lie from it because their coordinates were rounded to float; a length.
 double plane_tolerance(std::span<const Vec3d> positions);
@@ -34,4 +34,4 @@ std::vector<Bend> find_bends(const Surface& s, double angle_deg, double toleranc
 std::vector<std::uint8_t> add_edges_of_parts(const Surface& s, const std::vector<Bend>& bends,
                                              std::vector<std::uint8_t>& creases);
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

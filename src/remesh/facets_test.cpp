@@ -85,7 +85,7 @@ TEST(FlatFaces, TheStripsOfARoundBarMeetAtCreases) {
   EXPECT_TRUE(find_creases(quad_torus(24, 12)).empty());  // its quadrilaterals are flat, too, but of a curved grid
 }
 
-TEST(FlatFaces, RemeshingAloneKeepsThemAndMendsThinTriangles) {
+TEST(FlatFaces, RemeshingAloneKeepsThemAndRepairsThinTriangles) {
   for (const double size : {1e-3, 1.0, 1e3}) {
     const Mesh mesh = plate(size);
     const double diagonal = bounding_box(mesh.positions).diagonal();

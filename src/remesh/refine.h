@@ -15,7 +15,7 @@
 #include "knead/remesh.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // The time after which a remesh ends with the best surface so far, counted from construction. Several threads may ask.
 class Deadline {
@@ -127,4 +127,4 @@ class Refinement {
   std::size_t splits_ = 0;
 };
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

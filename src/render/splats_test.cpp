@@ -10,7 +10,6 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "math/geometry.h"
 #include "support/splat_scenes.h"
 

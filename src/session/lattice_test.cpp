@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "knead/derivatives.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"

@@ -12,7 +12,7 @@
 #include "knead/editor/tools.h"
 #include "strokes/print.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 // A stroke that is ready to be applied.
 struct PreparedStroke {
@@ -116,4 +116,4 @@ class StrokeRun {
   std::optional<Remeshed> remeshed_;
 };
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

@@ -5,14 +5,14 @@
 #include <optional>
 
 #include "knead/error.h"
-#include "knead/skin.h"
+#include "knead/fit.h"
 #include "math/elementary.h"
 #include "skin/joints.h"
 #include "skin/rigid.h"
 
 namespace knead {
 
-using namespace skin_detail;
+using namespace detail;
 
 namespace {
 

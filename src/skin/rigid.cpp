@@ -5,7 +5,7 @@
 
 #include "math/elementary.h"
 
-namespace knead::skin_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -85,4 +85,4 @@ Rigid Screw::at(double part) const {
   return {turn, center - turn * center + slide * part};
 }
 
-}  // namespace knead::skin_detail
+}  // namespace knead::detail

@@ -12,8 +12,8 @@
 #include "document/document.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 
 namespace knead::studio {
 

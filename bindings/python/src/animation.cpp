@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "arrays.h"
-#include "knead/animation.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "module.h"
 #include "options.h"
 #include "work.h"

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "arrays.h"
-#include "knead/derivatives.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "arrays.h"
-#include "knead/derivatives.h"
 #include "knead/error.h"
+#include "knead/replay.h"
 #include "module.h"
 #include "work.h"
 

@@ -6,8 +6,8 @@
 
 #include "knead/error.h"
 #include "knead/flow.h"
+#include "knead/knead.h"
 #include "knead/remesh.h"
-#include "knead/version.h"
 #include "work.h"
 
 namespace knead::python {

@@ -16,7 +16,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::obj {
+namespace knead::detail::obj {
 
 void read(ShapeFile& shape, const std::string& name);
 std::string remeshed(const NewMesh& shape, const WriteOptions& options);
@@ -102,4 +102,4 @@ Lines value_lines(const Mesh& mesh, const char* attribute_name, const char* keyw
   return value_lines<N>(mesh, attribute_name, keyword, "\n", [](std::size_t, const auto&) { return true; });
 }
 
-}  // namespace knead::io_detail::obj
+}  // namespace knead::detail::obj

@@ -12,7 +12,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::obj {
+namespace knead::detail::obj {
 namespace {
 
 // A line end that a backslash takes away: its length, or 0 where there is none.
@@ -430,4 +430,4 @@ std::size_t word_end(std::string_view bytes, std::size_t position) {
 
 void read(ShapeFile& shape, const std::string& name) { set_layout(shape, Reader(shape, name).run()); }
 
-}  // namespace knead::io_detail::obj
+}  // namespace knead::detail::obj

@@ -23,7 +23,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::ply {
+namespace knead::detail::ply {
 
 struct Property {
   std::string name;
@@ -340,4 +340,4 @@ void reserve_rows(const Element& element, const std::vector<Sink>& sinks, std::s
 
 std::string index_message(double index, std::size_t vertices);
 
-}  // namespace knead::io_detail::ply
+}  // namespace knead::detail::ply

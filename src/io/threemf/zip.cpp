@@ -13,7 +13,7 @@
 #include "io/text.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::zip {
+namespace knead::detail::zip {
 
 namespace {
 
@@ -319,4 +319,4 @@ std::string archive_of(const std::vector<std::pair<std::string, std::string>>& p
   return result;
 }
 
-}  // namespace knead::io_detail::zip
+}  // namespace knead::detail::zip
