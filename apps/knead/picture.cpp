@@ -1,9 +1,7 @@
 // Draws pictures and writes films. A build without knead::render has neither, and says so.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 #include <string>
 

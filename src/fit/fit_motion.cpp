@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "math/elementary.h"
 #include "mesh/body_points.h"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "knead/editor/tools.h"
 #include "knead/error.h"

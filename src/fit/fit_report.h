@@ -1,8 +1,6 @@
 // Distances, volumes and crossings of fits. Internal to the fit module.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>

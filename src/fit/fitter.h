@@ -15,7 +15,6 @@
 #include "fit/fit_motion.h"
 #include "fit/fit_report.h"
 #include "fit/surface_matches.h"
-#include "knead/error.h"
 #include "knead/fit.h"
 #include "knead/mesh.h"
 #include "knead/stroke.h"

@@ -3,13 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <memory>
 
 #include "field/dual.h"
 #include "flow/kernels/kernel.h"
-#include "flow/masked.h"
-#include "knead/error.h"
 
 namespace knead::detail {
 

@@ -12,7 +12,6 @@
 #include <cerrno>
 #include <cstdarg>
 #include <cstdio>
-#include <cstring>
 #include <string_view>
 
 #include "knead/error.h"

@@ -7,10 +7,8 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 #include "knead/error.h"

@@ -2,7 +2,6 @@
 #include "remesh/crossings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>

@@ -10,7 +10,6 @@
 
 #include "knead/vec.h"
 #include "mesh/box_tree.h"
-#include "mesh/predicates.h"
 #include "remesh/patch.h"
 
 namespace knead::detail {

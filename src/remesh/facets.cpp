@@ -2,7 +2,6 @@
 #include "remesh/facets.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "knead/mesh.h"
 #include "knead/remesh.h"

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <span>
-#include <vector>
 
 #include "cells/cells.h"
 

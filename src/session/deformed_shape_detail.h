@@ -1,7 +1,6 @@
 // Parts of the sources of a deformed shape: progress by pieces of work, splats that moved, and normals.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 

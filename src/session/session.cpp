@@ -2,10 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <span>
 
-#include "io/numbers.h"
 #include "io/text.h"
 #include "knead/editor/tools.h"
 #include "knead/io.h"

@@ -1,6 +1,5 @@
 // Corrective shapes: the error of linear blend, joint by joint.
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <optional>
 

@@ -1,8 +1,6 @@
 // Rigid motions: nearest rotations, and screws.
 #include "skin/rigid.h"
 
-#include <numbers>
-
 #include "math/elementary.h"
 
 namespace knead::detail {

@@ -1,8 +1,6 @@
 // Rigid motions as quaternions, and the screw between two of them. Internal to the skin module.
 #pragma once
 
-#include <cmath>
-
 #include "knead/fit.h"
 #include "knead/vec.h"
 #include "math/geometry.h"

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <tuple>
-#include <unordered_map>
 
 #include "knead/error.h"
 #include "knead/mesh.h"

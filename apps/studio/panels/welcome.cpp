@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <optional>
-#include <string>
 
 #include "panels/interface.h"
 #include "panels/widgets.h"

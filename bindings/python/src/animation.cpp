@@ -5,7 +5,6 @@
 
 #include <cstring>
 #include <filesystem>
-#include <utility>
 #include <vector>
 
 #include "arrays.h"

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include <utility>
 #include <vector>
 
 #include "arrays.h"

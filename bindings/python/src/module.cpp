@@ -7,7 +7,6 @@
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/knead.h"
-#include "knead/remesh.h"
 #include "work.h"
 
 namespace knead::python {

@@ -1,7 +1,6 @@
 // Reading PCD, the point files of the Point Cloud Library (PCD_V7), and writing it: a new file, or the source's bytes
 // with some numbers replaced.
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>

@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 
 #ifdef KNEAD_HAS_DRACO

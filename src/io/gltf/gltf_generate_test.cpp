@@ -1,8 +1,6 @@
 // GLB from other formats and to them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "io/gltf/gltf.h"
 #include "io/test_samples.h"
 #include "knead/error.h"

@@ -1,7 +1,6 @@
 // Reading glTF: the triangles of a GLB file's scene, and what it holds besides.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>

@@ -1,7 +1,6 @@
 // Writing GLB back.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <set>
 
 #include "io/codec.h"

@@ -1,7 +1,6 @@
 // Reading OBJ (Wavefront, appendix B1 of the Advanced Visualizer manual): v, vt, vn and f; all else is passed over.
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <optional>
 
 #include "io/codec.h"

@@ -3,10 +3,7 @@
 
 #include <bit>
 #include <cstddef>
-#include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "io/codec.h"
 #include "knead/io.h"

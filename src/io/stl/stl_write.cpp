@@ -1,7 +1,6 @@
 // Writing STL: the source's bytes with some numbers replaced, or a new file.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "io/codec.h"
 #include "io/mesh_builder.h"

@@ -6,10 +6,8 @@
 #include <bit>
 #include <cstring>
 #include <optional>
-#include <span>
 
 #include "io/codec.h"
-#include "io/numbers.h"
 #include "io/text.h"
 #include "knead/error.h"
 
