@@ -10,6 +10,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "mesh/edges.h"
+#include "mesh/predicates.h"
 
 namespace knead::detail {
 
