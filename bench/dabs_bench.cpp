@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 #include <vector>
 
 #include "knead/editor/tools.h"

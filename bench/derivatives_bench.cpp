@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "knead/derivatives.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "knead/editor/gl.h"

@@ -136,7 +136,7 @@ Outcome in_the_paper_way(const Mesh& mesh, const Session& session) {
     const Flow flow = flow_on(before.mesh(), session, stroke);
     std::vector<Vec3d> after = before.positions();
     advect(flow, after, move);
-    const FlowReach reach(flow);
+    const FlowSupport reach(flow);
     Deformation deformation;
     deformation.carry = [&](std::span<Vec3d> points) { advect(flow, points, move); };
     deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };

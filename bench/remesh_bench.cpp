@@ -62,7 +62,7 @@ BENCHMARK(move_vertices)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureP
 
 // With `improve` as at the defaults; without: edges are split, volume is compensated, crossings are looked for.
 void remesh_stroke(benchmark::State& state, bool improve) {
-  const FlowReach reach(pull().flow);
+  const FlowSupport reach(pull().flow);
   Deformation deformation = pull().deformation;
   deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
   deformation.feature = reach.smallest_feature();

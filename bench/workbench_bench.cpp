@@ -92,7 +92,7 @@ void measure(const char* name, Workbench& bench, const ShapeFile& shape, const S
     const WorkResult result = bench.set_live(gesture);
     batches.push_back(milliseconds_since(began));
     const auto writing = std::chrono::steady_clock::now();
-    journal.replace(result.lines.taken_back, result.lines.appended);
+    journal.replace(result.lines.undone, result.lines.appended);
     lines.push_back(milliseconds_since(writing));
   }
   const auto finishing = std::chrono::steady_clock::now();

@@ -13,26 +13,26 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # Tests (*_test.cpp) may include any module and tests/support. Everything outside src may include public headers only;
 # apps, bindings and benchmarks also json, which is not installed.
 readonly table='
-math:     | vec error version
+math:     | vec error
 field:    math | field region
 flow:     math field | flow
 mesh:     math | mesh
 cells:    math mesh | cells
 json:     math |
-splats:   math mesh | splats
-io:       math mesh cells splats json | io animation
+splats:   math mesh |
+io:       math mesh cells splats json | io
 remesh:   math mesh cells | remesh
 pose:     math field flow mesh |
 strokes:  math field flow mesh pose | stroke tools
-session:  math field flow mesh splats json io remesh pose strokes | session shape_state replay derivatives
+session:  math field flow mesh splats json io remesh pose strokes | session shape_state replay
 engineering: math mesh cells remesh strokes session |
 certify:  math field flow mesh cells json io remesh strokes session fit | certify
 fit:      math field flow mesh pose strokes | fit
-skin:     math field flow mesh json io pose strokes | skin
+skin:     math field flow mesh json io pose strokes fit |
 history:  math flow mesh io remesh strokes session | workbench
 gl:       math | gl
 gpu:      math field flow gl | gpu
-render:   math field flow mesh splats gl | render
+render:   math field flow mesh splats io gl | render
 '
 
 # file: the internal headers it may include, because it measures what they hold, or needs the same bits everywhere.

@@ -8,7 +8,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 # FILE, and a pattern of sed whose group is the version; the first line that has it counts.
 readonly places=(
-  'include/knead/version.h|^#define KNEAD_VERSION "([0-9.]+)"$'
+  'include/knead/knead.h|^#define KNEAD_VERSION "([0-9.]+)"$'
   'CITATION.cff|^version: ([0-9.]+)$'
   'CHANGELOG.md|^## \[([0-9.]+)\] - [0-9]{4}-[0-9]{2}-[0-9]{2}$'
   'bindings/web/npm/package.json|^ *"version": "([0-9.]+)",$'

@@ -9,7 +9,6 @@
 #include <functional>
 #include <memory>
 #include <new>
-#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -17,8 +16,8 @@
 
 #include "command.h"
 #include "knead/error.h"
+#include "knead/knead.h"
 #include "knead/remesh.h"
-#include "knead/version.h"
 #include "output.h"
 #include "program.h"
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -15,7 +14,6 @@
 #include "command.h"
 #include "inputs.h"
 #include "json/json.h"
-#include "knead/animation.h"
 #include "knead/certify.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"

@@ -15,14 +15,13 @@
 #include "deform.h"
 #include "inputs.h"
 #include "json/json.h"
-#include "knead/animation.h"
 #include "knead/certify.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "knead/knead.h"
+#include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
-#include "knead/version.h"
 #include "output.h"
 
 namespace knead::command {

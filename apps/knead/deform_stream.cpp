@@ -10,7 +10,6 @@
 #include "inputs.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 #include "knead/vec.h"
 #include "output.h"
 #include "program.h"

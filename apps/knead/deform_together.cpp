@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,7 +12,6 @@
 #include "certified.h"
 #include "deform.h"
 #include "inputs.h"
-#include "knead/animation.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "output.h"
@@ -104,19 +102,21 @@ void resolve_on_first(Inputs& inputs, ReplayOptions& replay, bool quiet) {
   inputs.session.strokes = std::move(first.resolved);
 }
 
-// One label for each face, if a file has some.
-std::vector<std::uint32_t> labels_together(const Inputs& inputs) {
-  std::vector<std::uint32_t> all;
-  bool has_labels = false;
+// Returns the lists of all shapes as one, with `count` items of each shape; empty if all lists are.
+template <class T>
+std::vector<T> joined_lists(const Inputs& inputs, const std::function<std::vector<T>(const ShapeFile&)>& list_of,
+                            std::size_t (Mesh::*count)() const) {
+  std::vector<T> all;
+  bool is_empty = true;
   const auto append = [&](const ShapeFile& shape) {
-    std::vector<std::uint32_t> labels = face_labels(shape);
-    has_labels = has_labels || !labels.empty();
-    labels.resize(shape.mesh.face_count());
-    all.insert(all.end(), labels.begin(), labels.end());
+    std::vector<T> list = list_of(shape);
+    is_empty = is_empty && list.empty();
+    list.resize((shape.mesh.*count)());
+    all.insert(all.end(), list.begin(), list.end());
   };
   append(inputs.shape);
   for (const ShapeFile& shape : inputs.also) append(shape);
-  return has_labels ? all : std::vector<std::uint32_t>{};
+  return is_empty ? std::vector<T>{} : all;
 }
 
 Inputs read_together(const DeformOptions& options, ReplayOptions& replay) {
@@ -272,17 +272,10 @@ std::optional<std::uint64_t> crossings_between(const JoinedMeshes& joined, const
 void join(Inputs& inputs) { inputs.joined.emplace(meshes_of(inputs)); }
 
 std::vector<Vec3d> normals_of_clouds(const Inputs& inputs) {
-  std::vector<Vec3d> all;
-  bool has_normals = false;
-  const auto append = [&](const ShapeFile& shape) {
-    std::vector<Vec3d> normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
-    has_normals = has_normals || !normals.empty();
-    normals.resize(shape.mesh.vertex_count());
-    all.insert(all.end(), normals.begin(), normals.end());
+  const auto normals_of = [](const ShapeFile& shape) {
+    return shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
   };
-  append(inputs.shape);
-  for (const ShapeFile& shape : inputs.also) append(shape);
-  return has_normals ? all : std::vector<Vec3d>{};
+  return joined_lists<Vec3d>(inputs, normals_of, &Mesh::vertex_count);
 }
 
 void run_together(const DeformOptions& options) {
@@ -299,7 +292,7 @@ void run_together(const DeformOptions& options) {
   seconds.read = total.seconds();
   replay.normals = normals_of_clouds(inputs);
   replay.splats = splats_among(meshes_of(inputs));
-  replay.remesh.face_labels = labels_together(inputs);
+  replay.remesh.face_labels = joined_lists<std::uint32_t>(inputs, face_labels, &Mesh::face_count);
   // A session that was made on several shapes is not changed.
   if (inputs.session.also.empty()) replay.motion.diagonal = reference_length(inputs.shape.mesh);
 

@@ -1,8 +1,6 @@
 // knead fit SOURCE TARGET --landmarks pairs.csv -o OUT.knead: writes a session that takes one shape to another.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>

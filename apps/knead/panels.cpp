@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <utility>
 
 #include "command.h"
 #include "inputs.h"

@@ -1,9 +1,7 @@
 // Draws pictures and writes films. A build without knead::render has neither, and says so.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -11,7 +9,7 @@
 #include "deform.h"
 #include "knead/editor/render.h"
 #include "knead/io.h"
-#include "knead/splats.h"
+#include "knead/mesh.h"
 #include "knead/vec.h"
 #include "output.h"
 #include "program.h"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,12 +14,11 @@
 #include "deform.h"
 #include "inputs.h"
 #include "json/json.h"
-#include "knead/animation.h"
 #include "knead/error.h"
+#include "knead/fit.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/session.h"
-#include "knead/skin.h"
 #include "output.h"
 
 namespace knead::command {

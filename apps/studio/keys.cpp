@@ -141,17 +141,8 @@ bool take(std::string_view& text, std::string_view prefix) {
   return true;
 }
 
-bool remove_chord(std::vector<Chord>& chords, const Chord& chord) { return std::erase(chords, chord) > 0; }
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
 std::vector<std::string> words_of(std::string_view text) {
-  std::istringstream stream(lower(text));
+  std::istringstream stream(lower(std::string(text)));
   std::vector<std::string> words;
   for (std::string word; stream >> word;) words.push_back(word);
   return words;
@@ -159,9 +150,9 @@ std::vector<std::string> words_of(std::string_view text) {
 
 // 0 is best; 3: not found.
 int rank_of(Action action, const std::vector<std::string>& words) {
-  const std::string title = lower(title_of(action));
+  const std::string title = lower(std::string(title_of(action)));
   const std::string all =
-      title + " " + lower(group_of(action)) + " " + lower(name_of(action)) + " " + std::string(info(action).also);
+      title + lower(fmt::format(" {} {} ", group_of(action), name_of(action))) + std::string(info(action).also);
   const bool has_all = std::all_of(words.begin(), words.end(),
                                    [&](const std::string& word) { return all.find(word) != std::string::npos; });
   if (!has_all) return 3;
@@ -282,7 +273,7 @@ std::vector<std::string> choose_keys(KeyMap& keys, std::span<const KeyChoice> ch
                                        text_of(*chord), name_of(*other), choice.action));
         continue;
       }
-      if (other && remove_chord(keys.of(*other), *chord) && keys.of(*other).empty()) {
+      if (other && std::erase(keys.of(*other), *chord) > 0 && keys.of(*other).empty()) {
         messages.push_back(fmt::format("keys: \"{}\" takes {} away from \"{}\", which has no key now", choice.action,
                                        text_of(*chord), name_of(*other)));
       }

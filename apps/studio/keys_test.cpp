@@ -1,7 +1,6 @@
 // Keys and actions: names, chords, settings, and the search of commands.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <set>
 

@@ -9,7 +9,7 @@
 
 #include "application.h"
 #include "knead/error.h"
-#include "knead/version.h"
+#include "knead/knead.h"
 #include "platform/system.h"
 
 namespace {

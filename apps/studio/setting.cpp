@@ -232,9 +232,9 @@ std::vector<Setting> whole_shape_rows(ToolSettings& to) {
        "##lattice",
        "Keep volume: the shape comes as near as it can without a change of its volume. Near rigid: it also strains as "
        "little as it can. Plain: exactly as the control points have it; volume changes."},
-      {"lattice_x", &to.lattice_counts[0], {2, kMostOfLattice}, "Points in x", kLatticeHelp},
-      {"lattice_y", &to.lattice_counts[1], {2, kMostOfLattice}, "Points in y", kLatticeHelp},
-      {"lattice_z", &to.lattice_counts[2], {2, kMostOfLattice}, "Points in z", kLatticeHelp},
+      {"lattice_x", &to.lattice_counts[0], {2, kMaxLatticePoints}, "Points in x", kLatticeHelp},
+      {"lattice_y", &to.lattice_counts[1], {2, kMaxLatticePoints}, "Points in y", kLatticeHelp},
+      {"lattice_z", &to.lattice_counts[2], {2, kMaxLatticePoints}, "Points in z", kLatticeHelp},
   };
 }
 

@@ -1,6 +1,5 @@
 // What keys and menus ask for, and numbers that are typed.
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 
 #include "studio.h"

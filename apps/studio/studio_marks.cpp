@@ -1,5 +1,4 @@
 // Clicks on pins and parts, changes by their list, and their adaptation to the shape.
-#include <algorithm>
 #include <utility>
 
 #include "gestures/gesture_kinds.h"

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <functional>
 #include <span>
-#include <utility>
 
 #include "knead/io.h"
 #include "knead/mesh.h"

@@ -267,14 +267,14 @@ class PointBlocks {
 
 // Finds out whether a flow may move a ball of space. Keeps a copy of the flow. A call costs a distance for each field
 // of each segment.
-class FlowReach {
+class FlowSupport {
  public:
-  explicit FlowReach(const Flow& flow);
-  FlowReach(const FlowReach&) = delete;
-  FlowReach& operator=(const FlowReach&) = delete;
-  ~FlowReach();
-  FlowReach(FlowReach&&) noexcept;
-  FlowReach& operator=(FlowReach&&) noexcept;
+  explicit FlowSupport(const Flow& flow);
+  FlowSupport(const FlowSupport&) = delete;
+  FlowSupport& operator=(const FlowSupport&) = delete;
+  ~FlowSupport();
+  FlowSupport(FlowSupport&&) noexcept;
+  FlowSupport& operator=(FlowSupport&&) noexcept;
 
   // Returns false only if every point of the ball keeps its bits; radius >= 0. May return true for a ball that a tool
   // passes closely.

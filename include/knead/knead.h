@@ -18,10 +18,17 @@
 // not included here.
 #pragma once
 
-// Vectors, matrices and boxes; the two exceptions that the library throws, progress and threads; the version.
+// The version of the library whose headers these are, MAJOR.MINOR.PATCH; each number is at most 99.
+
+// For messages.
+#define KNEAD_VERSION "0.10.0"
+
+// For `#if`: 10000 MAJOR + 100 MINOR + PATCH.
+#define KNEAD_VERSION_NUMBER 1000
+
+// Vectors, matrices and boxes; the exceptions that the library throws, progress and threads.
 #include "knead/error.h"
 #include "knead/vec.h"
-#include "knead/version.h"
 
 // The velocity field of one tool at one point: inner motion, region and blend.
 #include "knead/field.h"
@@ -30,23 +37,18 @@
 // Flows: values that you can invert, cut and save. advect moves points through one.
 #include "knead/flow.h"
 
-// Meshes and volume meshes, and what you can ask of them.
+// Meshes, Gaussian splats and volume meshes, and their measures.
 #include "knead/cells.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 
 // Files: read a shape, and write it back with everything else that its file holds; animations.
-#include "knead/animation.h"
 #include "knead/io.h"
 
 // Refines a mesh where a flow stretches it.
 #include "knead/remesh.h"
 
-// Fits one shape to another by strokes that strain it least.
+// Fits one shape to another by strokes that strain it least; poses a shape by its skeleton.
 #include "knead/fit.h"
-
-// Poses a shape by its skeleton.
-#include "knead/skin.h"
 
 // Strokes: one plain struct per tool, and the flow that each becomes; what tools want of a surface.
 #include "knead/editor/tools.h"
@@ -54,7 +56,6 @@
 
 // Sessions: the .knead file, replay, derivatives, report and certificate.
 #include "knead/certify.h"
-#include "knead/derivatives.h"
 #include "knead/replay.h"
 #include "knead/session.h"
 

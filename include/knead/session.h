@@ -1,7 +1,6 @@
 // The session file `.knead`: JSON Lines, the first line a header, every further line an event.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <map>

@@ -22,7 +22,7 @@
 
 namespace knead {
 
-namespace tool_detail {
+namespace detail {
 template <class S>
 struct ToolRow;
 }
@@ -47,7 +47,7 @@ struct ImplicitStroke {
   std::optional<double> core = std::nullopt;  // of the wide ball: the fraction of the bump that moves rigidly; 0 to 0.8
   double taper = 0;                           // 0 to 1
 
-  static const tool_detail::ToolRow<ImplicitStroke> tool;
+  static const detail::ToolRow<ImplicitStroke> tool;
   friend bool operator==(const ImplicitStroke&, const ImplicitStroke&) = default;
 };
 
@@ -75,7 +75,7 @@ struct PaintStroke {
   double bump = 0;
   double pinch = 0;
 
-  static const tool_detail::ToolRow<PaintStroke> tool;
+  static const detail::ToolRow<PaintStroke> tool;
   friend bool operator==(const PaintStroke&, const PaintStroke&) = default;
 };
 
@@ -93,7 +93,7 @@ struct PointsStroke {
   PointsCenter center = PointsCenter::parts;
   int falloff = kDefaultFalloff;
 
-  static const tool_detail::ToolRow<PointsStroke> tool;
+  static const detail::ToolRow<PointsStroke> tool;
   friend bool operator==(const PointsStroke&, const PointsStroke&) = default;
 };
 
@@ -125,7 +125,7 @@ struct HandlesStroke {
   int exponent = 8;
   int falloff = kDefaultFalloff;
 
-  static const tool_detail::ToolRow<HandlesStroke> tool;
+  static const detail::ToolRow<HandlesStroke> tool;
   friend bool operator==(const HandlesStroke&, const HandlesStroke&) = default;
 };
 
@@ -150,7 +150,7 @@ struct StampStroke {
   int exponent = 16;              // of stick
   int falloff = kDefaultFalloff;  // of stick
 
-  static const tool_detail::ToolRow<StampStroke> tool;
+  static const detail::ToolRow<StampStroke> tool;
   friend bool operator==(const StampStroke&, const StampStroke&) = default;
 };
 
@@ -167,7 +167,7 @@ struct RotateStroke {
   double gauge = 0;
   int falloff = kDefaultFalloff;
 
-  static const tool_detail::ToolRow<RotateStroke> tool;
+  static const detail::ToolRow<RotateStroke> tool;
   friend bool operator==(const RotateStroke&, const RotateStroke&) = default;
 };
 
@@ -180,7 +180,7 @@ struct StretchStroke {
   double outer = 0;
   int falloff = kDefaultFalloff;
 
-  static const tool_detail::ToolRow<StretchStroke> tool;
+  static const detail::ToolRow<StretchStroke> tool;
   friend bool operator==(const StretchStroke&, const StretchStroke&) = default;
 };
 
@@ -200,7 +200,7 @@ struct TwistStroke {
   int falloff = kDefaultFalloff;
   std::optional<double> angle_deg = std::nullopt;  // from outer to inner, in the place of the rate
 
-  static const tool_detail::ToolRow<TwistStroke> tool;
+  static const detail::ToolRow<TwistStroke> tool;
   friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
 };
 
@@ -239,7 +239,7 @@ struct BendStroke {
   bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/editor/tools.h)
   int falloff = kDefaultFalloff;
 
-  static const tool_detail::ToolRow<BendStroke> tool;
+  static const detail::ToolRow<BendStroke> tool;
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
 
@@ -275,7 +275,7 @@ struct CurveStroke {
   std::optional<double> radius = std::nullopt;  // only points nearer to the line move; else everything
   bool radius_auto = false;  // use the radius that propose_limit_cylinder finds on the shape (knead/editor/tools.h)
 
-  static const tool_detail::ToolRow<CurveStroke> tool;
+  static const detail::ToolRow<CurveStroke> tool;
   friend bool operator==(const CurveStroke&, const CurveStroke&) = default;
 };
 
@@ -296,7 +296,7 @@ struct LatticeStroke {
   LatticeMode mode = LatticeMode::volume;
   int degree = 0;  // of the splines, at most; 0: Bernstein's polynomials, for counts up to 16
 
-  static const tool_detail::ToolRow<LatticeStroke> tool;
+  static const detail::ToolRow<LatticeStroke> tool;
   friend bool operator==(const LatticeStroke&, const LatticeStroke&) = default;
 };
 
@@ -321,7 +321,7 @@ struct PinsStroke {
   // it.
   std::vector<std::optional<PinRotation>> turn{};
 
-  static const tool_detail::ToolRow<PinsStroke> tool;
+  static const detail::ToolRow<PinsStroke> tool;
   friend bool operator==(const PinsStroke&, const PinsStroke&) = default;
 };
 
@@ -382,7 +382,7 @@ struct PoseStroke {
   std::vector<PoseStiffness> stiffness{};
   bool exact = false;  // a last stroke of pins takes parts and pins exactly to their places
 
-  static const tool_detail::ToolRow<PoseStroke> tool;
+  static const detail::ToolRow<PoseStroke> tool;
   friend bool operator==(const PoseStroke&, const PoseStroke&) = default;
 };
 
@@ -390,7 +390,7 @@ struct PoseStroke {
 struct GridStroke {
   PotentialGrid grid;
 
-  static const tool_detail::ToolRow<GridStroke> tool;
+  static const detail::ToolRow<GridStroke> tool;
   friend bool operator==(const GridStroke&, const GridStroke&) = default;
 };
 
@@ -403,7 +403,7 @@ struct InflateStroke {
   double volume = 0;                           // added to the shape; below 0: removed
   std::optional<double> depth = std::nullopt;  // in its place: how far the surface moves at most; below 0: inwards
 
-  static const tool_detail::ToolRow<InflateStroke> tool;
+  static const detail::ToolRow<InflateStroke> tool;
   friend bool operator==(const InflateStroke&, const InflateStroke&) = default;
 };
 
@@ -427,7 +427,7 @@ struct PrintStroke {
   std::optional<double> outer = std::nullopt;  // radius of the part that flows back; by default 2 heights
   bool flip = false;                           // left and right change places
 
-  static const tool_detail::ToolRow<PrintStroke> tool;
+  static const detail::ToolRow<PrintStroke> tool;
   friend bool operator==(const PrintStroke&, const PrintStroke&) = default;
 };
 
@@ -440,7 +440,7 @@ struct RelaxStroke {
   double surface = 1;         // of that amount, across the surface; 0: the triangles alone; in [0, 1]
   int iterations = 2;         // of each dab, 1 to 100
 
-  static const tool_detail::ToolRow<RelaxStroke> tool;
+  static const detail::ToolRow<RelaxStroke> tool;
   friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
 };
 
@@ -453,7 +453,7 @@ struct MaskStroke {
   std::vector<double> values;                  // for each point or range, from 0 (free) to 1 (fixed); empty: all 1
   std::optional<double> width = std::nullopt;  // of the border between fixed and free places
 
-  static const tool_detail::ToolRow<MaskStroke> tool;
+  static const detail::ToolRow<MaskStroke> tool;
   friend bool operator==(const MaskStroke&, const MaskStroke&) = default;
 };
 

@@ -338,7 +338,11 @@ struct Box {
   bool empty() const { return !(min.x <= max.x); }
   // Returns the midpoint. The box must not be empty.
   Vec3d center() const { return (min + max) * 0.5; }
-  // The length of the diagonal; 0 if the box is empty.
+  // Returns one of the eight corners: the bits 1, 2 and 4 of `i` choose the maximum of x, y and z.
+  Vec3d corner(std::size_t i) const {
+    return {(i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y, (i & 4) != 0 ? max.z : min.z};
+  }
+  // Returns the length of the diagonal; 0 if the box is empty.
   double diagonal() const { return empty() ? 0.0 : norm(max - min); }
 
   // Grows the box until it contains p.

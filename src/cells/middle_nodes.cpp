@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "cells/cells.h"
 #include "knead/cells.h"

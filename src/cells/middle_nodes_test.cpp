@@ -1,7 +1,6 @@
 // Cells of the second order, and cells against checkMesh.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>

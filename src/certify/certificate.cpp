@@ -265,7 +265,7 @@ CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& op
 }
 
 void CertificateBuilder::add(const AppliedStroke& stroke) {
-  const session_detail::StrokeCertificate certified = session_detail::certify(stroke, options_, length_);
+  const detail::StrokeCertificate certified = detail::certify(stroke, options_, length_);
   drift_ += certified.drift;
   if (certified.det_least) {
     det_least_ = std::min(*certified.det_least, det_least_.value_or(*certified.det_least));
@@ -292,7 +292,7 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
       },
       [&] {
         certificate.flipped_triangles = result.shape.is_remeshed()
-                                            ? session_detail::opposing_more(welded.mesh(), welded_after.mesh())
+                                            ? detail::opposing_more(welded.mesh(), welded_after.mesh())
                                             : count_flipped(welded.mesh(), before.positions, after.mesh.positions);
         add_angles(before, after, certificate);
       }};

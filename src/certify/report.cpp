@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <utility>
@@ -116,9 +115,9 @@ void add_measures(const Mesh& mesh, const DeformedShape& result, int threads, Re
   const std::array<std::function<void()>, 5> works{
       [&] {
         const bool is_remeshed = result.is_remeshed();
-        report.flipped_triangles =
-            is_remeshed ? session_detail::opposing_more(welded.mesh(), WeldedMesh(result.to_mesh()).mesh())
-                        : count_flipped(welded.mesh(), mesh.positions, result.positions());
+        report.flipped_triangles = is_remeshed
+                                       ? detail::opposing_more(welded.mesh(), WeldedMesh(result.to_mesh()).mesh())
+                                       : count_flipped(welded.mesh(), mesh.positions, result.positions());
       },
       [&] { report.greatest_stretch = greatest_stretch_of(mesh, result); },
       [&] { has_volume = is_closed_and_oriented(welded.mesh(), threads); },

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,7 +16,7 @@
 #include "knead/vec.h"
 #include "mesh/edges.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -61,7 +60,7 @@ std::vector<double> longest_edges(const DeformedShape& shape, const std::vector<
 // For an inverse stroke, limit cylinders are dropped: they limit the positions from which points came, not those where
 // they are now.
 double motion_outside(const AppliedStroke& stroke, bool inverse) {
-  const FlowReach reach(inverse ? for_members(detail::each_part(stroke.flow)) : stroke.flow);
+  const FlowSupport support(inverse ? for_members(detail::each_part(stroke.flow)) : stroke.flow);
   const std::vector<Vec3d>& before = stroke.before.positions();
   std::vector<std::pair<std::size_t, double>> moved;  // vertices before, and their displacement
   std::vector<bool> is_moved(before.size());
@@ -74,7 +73,7 @@ double motion_outside(const AppliedStroke& stroke, bool inverse) {
   const std::vector<double> longest = longest_edges(stroke.before, is_moved);
   double greatest = 0;
   for (const auto& [vertex, distance] : moved) {
-    if (!reach.may_move(before[vertex], longest[vertex])) greatest = std::max(greatest, distance);
+    if (!support.may_move(before[vertex], longest[vertex])) greatest = std::max(greatest, distance);
   }
   return greatest;
 }
@@ -178,4 +177,4 @@ std::size_t opposing_more(const Mesh& before, const Mesh& after) {
   return more(before, after) == 0 ? 0 : more(without_branches(before), without_branches(after));
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

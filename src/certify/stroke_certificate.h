@@ -7,7 +7,7 @@
 #include "knead/certify.h"
 #include "knead/flow.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 // What certify() finds about one stroke.
 struct StrokeCertificate {
@@ -35,4 +35,4 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
 // mesh before; 0 for fewer. Ignores triangles at edges of more than two faces, where normals are meaningless.
 std::size_t opposing_more(const Mesh& before, const Mesh& after);
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

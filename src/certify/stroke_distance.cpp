@@ -17,7 +17,7 @@
 #include "knead/vec.h"
 #include "mesh/box_tree.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -116,7 +116,7 @@ Probe probe_of(const Work& work, const std::vector<bool>& moved, std::size_t num
 // in the list, which are mostly neighbours in space. With a limit cylinder, returns only those known to have moved: the
 // inverse flow does not show which others may have.
 std::vector<Probe> find_probes(const Work& work, const std::vector<bool>& moved) {
-  const FlowReach reach(inverse(work.stroke.flow));
+  const FlowSupport support(inverse(work.stroke.flow));
   const bool only_moved = has_limit_cylinder(work.stroke.flow);
   const Mesh& mesh = work.after().mesh();
   const std::size_t vertices = work.vertex_count();
@@ -132,7 +132,7 @@ std::vector<Probe> find_probes(const Work& work, const std::vector<bool>& moved)
         found.push_back(probe_of(work, moved, i));
         box.extend(found.back().there);
       }
-      if (!only_moved && !box.empty() && reach.may_move(box.center(), 0.5 * box.diagonal() * (1 + 1e-9))) continue;
+      if (!only_moved && !box.empty() && support.may_move(box.center(), 0.5 * box.diagonal() * (1 + 1e-9))) continue;
       const auto is_not_moved = [](const Probe& probe) { return !probe.is_moved; };
       found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(size), found.end(), is_not_moved),
                   found.end());
@@ -251,7 +251,7 @@ std::vector<double> distances_after(const Work& work, const std::vector<Probe>& 
     const double g = norm(offsets[i]);
     distances[i] = norm(gradient) > 0 ? g / norm(gradient) : g;
   };
-  const double feature = FlowReach(work.stroke.flow).smallest_feature();
+  const double feature = FlowSupport(work.stroke.flow).smallest_feature();
   std::vector<std::uint8_t> is_left(probes.size());
   work.for_each(probes.size(), [&](std::size_t i) {
     const double g = norm(offsets[i]);
@@ -306,4 +306,4 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
   return result;
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

@@ -1,7 +1,6 @@
 // The surfaces that points of walls are kept on. Internal to the library.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>

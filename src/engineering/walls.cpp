@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <memory>
@@ -15,11 +14,7 @@
 
 namespace knead {
 
-using detail::MeshWalls;
-using detail::RoundForm;
-using detail::SlidingWall;
-using detail::WallParts;
-using detail::WallSurface;
+using namespace detail;
 
 namespace {
 

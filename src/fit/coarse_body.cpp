@@ -2,7 +2,6 @@
 #include "fit/coarse_body.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <queue>
@@ -12,12 +11,9 @@
 #include "knead/vec.h"
 #include "mesh/body_points.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
-
-using detail::SparseCholesky;
-using detail::SymmetricMatrix;
 
 constexpr double kWeakEdge = 0.05;          // weight of an edge between separate pieces
 constexpr double kAnchorWeight = 30;        // relative to the edges of a mean node
@@ -37,6 +33,22 @@ std::vector<Vec3d> solve(const SparseCholesky& factor, const std::vector<Vec3d>&
     for (std::size_t i = 0; i < b.size(); ++i) result[i][axis] = b[i];
   }
   return result;
+}
+
+// Returns the nodes that are connected with a node, the nearest along the graph first.
+template <class Edges>
+std::vector<std::uint32_t> breadth_first(const Edges& edges, std::uint32_t from) {
+  std::vector<std::uint32_t> list{from};
+  std::vector<bool> reached(edges.size(), false);
+  reached[from] = true;
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    for (const auto& edge : edges[list[k]]) {
+      if (reached[edge.to]) continue;
+      reached[edge.to] = true;
+      list.push_back(edge.to);
+    }
+  }
+  return list;
 }
 
 }  // namespace
@@ -168,17 +180,10 @@ void CoarseBody::connect_nearest(std::size_t count) {
 void CoarseBody::connect_pieces() {
   constexpr std::size_t kMaxTies = 4;
   while (true) {
-    std::vector<bool> reached(rest_.size(), false);
-    std::vector<std::uint32_t> list{0};
-    reached[0] = true;
-    for (std::size_t k = 0; k < list.size(); ++k) {
-      for (const Edge& edge : edges_[list[k]]) {
-        if (reached[edge.to]) continue;
-        reached[edge.to] = true;
-        list.push_back(edge.to);
-      }
-    }
+    const std::vector<std::uint32_t> list = breadth_first(edges_, 0);
     if (list.size() == rest_.size()) return;
+    std::vector<bool> reached(rest_.size(), false);
+    for (const std::uint32_t node : list) reached[node] = true;
     std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> ties;
     for (const std::uint32_t a : list) {
       std::pair<double, std::uint32_t> nearest{kInfinity, 0};
@@ -196,20 +201,7 @@ void CoarseBody::connect_pieces() {
 
 // Sorts the nodes along the graph from one of its ends, so that a factor has few entries.
 void CoarseBody::order() {
-  const auto breadth_first = [&](std::uint32_t from) {
-    std::vector<std::uint32_t> list{from};
-    std::vector<bool> reached(rest_.size(), false);
-    reached[from] = true;
-    for (std::size_t k = 0; k < list.size(); ++k) {
-      for (const Edge& edge : edges_[list[k]]) {
-        if (reached[edge.to]) continue;
-        reached[edge.to] = true;
-        list.push_back(edge.to);
-      }
-    }
-    return list;
-  };
-  const std::vector<std::uint32_t> list = breadth_first(breadth_first(0).back());
+  const std::vector<std::uint32_t> list = breadth_first(edges_, breadth_first(edges_, 0).back());
   std::vector<std::uint32_t> number(list.size());
   for (std::uint32_t k = 0; k < list.size(); ++k) number[list[k]] = k;
   std::vector<Vec3d> rest;
@@ -260,7 +252,7 @@ SymmetricMatrix CoarseBody::matrix_with(std::span<const Held> held) const {
   return matrix;
 }
 
-std::vector<Vec3d> CoarseBody::right_side(const std::vector<Turn>& turns) const {
+std::vector<Vec3d> CoarseBody::right_side(const std::vector<Quaternion>& turns) const {
   std::vector<Vec3d> right(rest_.size(), Vec3d{0, 0, 0});
   for (std::size_t i = 0; i < rest_.size(); ++i) {
     for (const Edge& edge : edges_[i]) {
@@ -368,7 +360,7 @@ std::vector<std::vector<Vec3d>> CoarseBody::paths(std::span<const Anchor> anchor
   const Held pin{root, {0, 0, 0}, unit_};
   SparseCholesky factor;
   factor.factorize(matrix_with({&pin, 1}), 1);
-  std::vector<Turn> turns(rest_.size());
+  std::vector<Quaternion> turns(rest_.size());
   const auto anchors_at = [&](double time) {
     turns[root] = part_of(turns_[root], time);
     for (std::size_t k = 1; k < steps.size(); ++k) {
@@ -445,4 +437,4 @@ double length_of_path(const std::vector<Vec3d>& path) {
   return length;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

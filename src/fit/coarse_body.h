@@ -18,7 +18,7 @@
 #include "knead/vec.h"
 #include "math/sparse_cholesky.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 // A point of the shape and its target.
 struct Anchor {
@@ -84,16 +84,16 @@ class CoarseBody {
   std::uint32_t calmest_node() const;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> steps_from(std::uint32_t root) const;
   std::vector<Held> held_by(std::span<const Anchor> anchors) const;
-  detail::SymmetricMatrix matrix_with(std::span<const Held> held) const;
-  void iterate(const detail::SparseCholesky& factor, std::span<const Held> held, std::span<const Vec3d> to);
+  SymmetricMatrix matrix_with(std::span<const Held> held) const;
+  void iterate(const SparseCholesky& factor, std::span<const Held> held, std::span<const Vec3d> to);
   void find_turns();
-  std::vector<Vec3d> right_side(const std::vector<Turn>& turns) const;
+  std::vector<Vec3d> right_side(const std::vector<Quaternion>& turns) const;
 
   double unit_ = 0;  // of the anchors' weights
   std::vector<Vec3d> rest_;
   std::vector<std::vector<Edge>> edges_;
   std::vector<Vec3d> posed_;  // the nodes in the pose
-  std::vector<Turn> turns_;
+  std::vector<Quaternion> turns_;
 };
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -15,7 +15,7 @@
 
 namespace knead {
 
-namespace fit_detail {
+namespace detail {
 
 using namespace detail;
 
@@ -167,23 +167,23 @@ void Fitter::finish(BodyFit& fit) {
   fit.report = std::move(report_);
 }
 
-}  // namespace fit_detail
+}  // namespace detail
 
 std::uint64_t fit_work(const Mesh& source, const BodyFitOptions& options) {
   std::size_t steps = options.landmarks.empty() && options.map.empty() ? 2 : 30;
-  for (const fit_detail::Level& level : fit_detail::kLevels)
+  for (const detail::Level& level : detail::kLevels)
     steps += options.surface ? static_cast<std::size_t>(level.rounds) : 0;
   constexpr std::size_t kGrowthSteps = 6;
   if (options.volume == FitVolume::free)
-    steps += kGrowthSteps + 2 * static_cast<std::size_t>(fit_detail::kGrowthTrial.rounds);
+    steps += kGrowthSteps + 2 * static_cast<std::size_t>(detail::kGrowthTrial.rounds);
   return source.vertex_count() * steps;
 }
 
 BodyFit fit_body(const Mesh& source, const Mesh& target, const BodyFitOptions& options) {
   validate(source);
   validate(target);
-  fit_detail::require_usable(options);
-  return fit_detail::Fitter(WeldedMesh(source).mesh(), WeldedMesh(target).mesh(), options).run();
+  detail::require_usable(options);
+  return detail::Fitter(WeldedMesh(source).mesh(), WeldedMesh(target).mesh(), options).run();
 }
 
 }  // namespace knead

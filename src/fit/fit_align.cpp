@@ -11,7 +11,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -45,6 +45,26 @@ double half_angle(double sine, double cosine) {
   return angle;
 }
 
+template <std::size_t n>
+using Matrix = std::array<std::array<double, n>, n>;
+
+// Makes the entry (p, q) of a symmetric matrix 0 by a Jacobi rotation, which it also applies to `vectors`.
+template <std::size_t n>
+void rotate(Matrix<n>& m, Matrix<n>& vectors, std::size_t p, std::size_t q) {
+  const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
+  const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(1 + theta * theta));
+  const double c = 1 / std::sqrt(1 + t * t);
+  const double s = t * c;
+  const auto turn = [&](double& a, double& b) {
+    const double old = a;
+    a = c * old - s * b;
+    b = s * old + c * b;
+  };
+  for (std::size_t k = 0; k < n; ++k) turn(m[k][p], m[k][q]);
+  for (std::size_t k = 0; k < n; ++k) turn(m[p][k], m[q][k]);
+  for (std::size_t k = 0; k < n; ++k) turn(vectors[k][p], vectors[k][q]);
+}
+
 struct Axes {
   Vec3d middle;
   std::array<Vec3d, 3> directions;  // right-handed, by descending extent
@@ -54,30 +74,18 @@ struct Axes {
 Axes axes_of(const std::vector<SurfaceSample>& samples) {
   Axes result{{0, 0, 0}, {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}};
   for (const SurfaceSample& s : samples) result.middle += s.point / static_cast<double>(samples.size());
-  std::array<std::array<double, 3>, 3> m{};
+  Matrix<3> m{};
   for (const SurfaceSample& s : samples) {
     const Vec3d d = s.point - result.middle;
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) m[i][k] += d[i] * d[k];
     }
   }
-  std::array<std::array<double, 3>, 3> v{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  Matrix<3> v{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (int sweep = 0; sweep < 12; ++sweep) {
     for (std::size_t p = 0; p < 2; ++p) {
       for (std::size_t q = p + 1; q < 3; ++q) {
-        if (!(std::abs(m[p][q]) > 1e-15 * (m[0][0] + m[1][1] + m[2][2]))) continue;
-        const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
-        const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(1 + theta * theta));
-        const double c = 1 / std::sqrt(1 + t * t);
-        const double s = t * c;
-        const auto turn = [&](double& a, double& b) {
-          const double old = a;
-          a = c * old - s * b;
-          b = s * old + c * b;
-        };
-        for (std::size_t k = 0; k < 3; ++k) turn(m[k][p], m[k][q]);
-        for (std::size_t k = 0; k < 3; ++k) turn(m[p][k], m[q][k]);
-        for (std::size_t k = 0; k < 3; ++k) turn(v[k][p], v[k][q]);
+        if (std::abs(m[p][q]) > 1e-15 * (m[0][0] + m[1][1] + m[2][2])) rotate<3>(m, v, p, q);
       }
     }
   }
@@ -173,37 +181,14 @@ double rms_of(const Growth& growth, const PointPairs& pairs) {
   return std::sqrt(sum / static_cast<double>(pairs.from.size()));
 }
 
-using Matrix4 = std::array<std::array<double, 4>, 4>;
-
-// Makes the entry (p, q) of a symmetric matrix 0 by a Jacobi rotation, which it also applies to `vectors`.
-void rotate(Matrix4& m, Matrix4& vectors, std::size_t p, std::size_t q) {
-  const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
-  const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(1 + theta * theta));
-  const double c = 1 / std::sqrt(1 + t * t);
-  const double s = t * c;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const double a = m[k][p];
-    m[k][p] = c * a - s * m[k][q];
-    m[k][q] = s * a + c * m[k][q];
-  }
-  for (std::size_t k = 0; k < 4; ++k) {
-    const double a = m[p][k];
-    m[p][k] = c * a - s * m[q][k];
-    m[q][k] = s * a + c * m[q][k];
-    const double v = vectors[k][p];
-    vectors[k][p] = c * v - s * vectors[k][q];
-    vectors[k][q] = s * v + c * vectors[k][q];
-  }
-}
-
 // Returns an eigenvector of the greatest eigenvalue. If several are equally great, returns the combination of their
 // vectors that is nearest to the first axis: points on a line, for instance, leave the turn about it undetermined, and
 // rounding must not decide it.
-std::array<double, 4> greatest_vector(Matrix4 m) {
+std::array<double, 4> greatest_vector(Matrix<4> m) {
   constexpr int kMaxSweeps = 12;
   constexpr double kMaxRest = 1e-15;        // of off-diagonal entries, relative to the diagonal
   constexpr double kEqualTolerance = 1e-6;  // of eigenvalues
-  Matrix4 vectors{};
+  Matrix<4> vectors{};
   double size = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     vectors[i][i] = 1;
@@ -214,7 +199,7 @@ std::array<double, 4> greatest_vector(Matrix4 m) {
     for (std::size_t p = 0; p < 4; ++p) {
       for (std::size_t q = p + 1; q < 4; ++q) {
         if (!(std::abs(m[p][q]) > kMaxRest * size)) continue;
-        rotate(m, vectors, p, q);
+        rotate<4>(m, vectors, p, q);
         is_done = false;
       }
     }
@@ -246,16 +231,7 @@ Vec3d mean_of(std::span<const Vec3d> points, std::span<const double> weights) {
 
 }  // namespace
 
-Turn operator*(const Turn& a, const Turn& b) {
-  return {a.w * b.w - dot(a.v, b.v), b.v * a.w + a.v * b.w + cross(a.v, b.v)};
-}
-
-Vec3d operator*(const Turn& turn, const Vec3d& p) {
-  const Vec3d t = cross(turn.v, p) * 2.0;
-  return p + t * turn.w + cross(turn.v, t);
-}
-
-Turn part_of(const Turn& turn, double part) {
+Quaternion part_of(const Quaternion& turn, double part) {
   const double sign = turn.w < 0 ? -1 : 1;
   const double w = 1 - part + part * sign * turn.w;
   const Vec3d v = turn.v * (part * sign);
@@ -263,16 +239,16 @@ Turn part_of(const Turn& turn, double part) {
   return {w / size, v / size};
 }
 
-Turn nearest_turn(const Mat3d& sum) {
+Quaternion nearest_turn(const Mat3d& sum) {
   const Vec3d& x = sum.row0;
   const Vec3d& y = sum.row1;
   const Vec3d& z = sum.row2;
   // Horn 1987, with the rows of `sum` belonging to the places.
   const Vec3d skew{z.y - y.z, x.z - z.x, y.x - x.y};
-  const Matrix4 m{{{x.x + y.y + z.z, skew.x, skew.y, skew.z},
-                   {skew.x, x.x - y.y - z.z, x.y + y.x, x.z + z.x},
-                   {skew.y, x.y + y.x, y.y - x.x - z.z, y.z + z.y},
-                   {skew.z, x.z + z.x, y.z + z.y, z.z - x.x - y.y}}};
+  const Matrix<4> m{{{x.x + y.y + z.z, skew.x, skew.y, skew.z},
+                     {skew.x, x.x - y.y - z.z, x.y + y.x, x.z + z.x},
+                     {skew.y, x.y + y.x, y.y - x.x - z.z, y.z + z.y},
+                     {skew.z, x.z + z.x, y.z + z.y, z.z - x.x - y.y}}};
   const std::array<double, 4> q = greatest_vector(m);
   const double sign = q[0] < 0 ? -1 : 1;
   const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -465,4 +441,4 @@ std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double 
   return strokes;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -8,30 +8,19 @@
 #include "fit/surface_matches.h"
 #include "knead/fit.h"
 #include "knead/vec.h"
+#include "math/geometry.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
-// A rotation: a unit quaternion.
-struct Turn {
-  double w = 1;
-  Vec3d v{0, 0, 0};  // the axis times the sine of half the angle
-};
-
-// Returns a after b.
-Turn operator*(const Turn& a, const Turn& b);
-// Returns the turn back.
-inline Turn inverse(const Turn& turn) { return {turn.w, -turn.v}; }
-// Returns the turned vector.
-Vec3d operator*(const Turn& turn, const Vec3d& p);
 // Returns approximately the given part, from 0 to 1, of a turn by less than 180 degrees; exactly for 0 and 1.
-Turn part_of(const Turn& turn, double part);
+Quaternion part_of(const Quaternion& turn, double part);
 // Returns the rotation that takes `from` nearest to `to`, given the sum of w_i to_i from_i^T (Horn 1987). Never a
 // mirror image.
-Turn nearest_turn(const Mat3d& sum);
+Quaternion nearest_turn(const Mat3d& sum);
 
 // p -> turn * (p - from) + to.
 struct RigidMap {
-  Turn turn{};
+  Quaternion turn{};
   Vec3d from{0, 0, 0};
   Vec3d to{0, 0, 0};
 
@@ -97,4 +86,4 @@ std::optional<Growth> growth_of(std::span<const FitPair> pairs);
 // translation.
 std::vector<Stroke> strokes_of(const RigidMap& map, const Vec3d& center, double radius);
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "math/elementary.h"
 #include "mesh/body_points.h"
 #include "pose/pose_motion.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -212,4 +211,4 @@ void FitMotion::move_others(const Flow& flow) {
   for (std::vector<Vec3d>& patch : patches_) move(flow, patch, nullptr);
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -16,7 +16,7 @@
 #include "pose/near_rigid.h"
 #include "pose/sound_steps.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 // The target of a landmark.
 struct FitMark {
@@ -28,8 +28,8 @@ struct FitMark {
 class FitMotion {
  public:
   // Accuracy is relative to the diagonal. The triangles, the judge of its steps and progress must outlive it.
-  FitMotion(std::vector<Vec3d> positions, std::span<const Triangle> triangles, double diagonal,
-            const detail::SoundJudge& judge, int threads, Progress* progress);
+  FitMotion(std::vector<Vec3d> positions, std::span<const Triangle> triangles, double diagonal, const SoundJudge& judge,
+            int threads, Progress* progress);
 
   // Sets points of the shape as landmarks. Everything within a small distance of one moves as a rigid patch.
   void set_marks(std::span<const Vec3d> points, std::vector<FitMark> marks);
@@ -67,7 +67,7 @@ class FitMotion {
 
   // Returns the grid that moves the landmarks to `to`, one position for each, and meets the rows. Moves nothing. Throws
   // InvalidInput if the equations are singular, and Cancelled.
-  PotentialGrid solve(std::span<const Vec3d> to, std::vector<detail::VelocityRows> rows);
+  PotentialGrid solve(std::span<const Vec3d> to, std::vector<VelocityRows> rows);
 
   // Moves everything by a grid and returns an empty text, or says why the surface would not be sound, and stays. Throws
   // Cancelled.
@@ -95,12 +95,12 @@ class FitMotion {
   bool grows_ = false;
   double growth_ = 0;  // the wanted div v everywhere; 0: none is wanted
   Progress* progress_ = nullptr;
-  const detail::SoundJudge* judge_;
+  const SoundJudge* judge_;
   double max_stretch_ = kInfinity;
   std::vector<std::uint32_t> stiff_;    // vertices
   std::vector<std::uint32_t> unsound_;  // in steps that were not taken
-  detail::Lattice lattice_;
-  detail::BodySamples body_;
+  Lattice lattice_;
+  BodySamples body_;
   std::vector<Vec3d> before_;                // the body's points one step earlier
   std::vector<std::vector<Vec3d>> patches_;  // of the landmarks: themselves first
   std::vector<FitMark> marks_;
@@ -110,4 +110,4 @@ class FitMotion {
   std::size_t unknowns_ = 0;  // of the largest grid
 };
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -10,7 +10,7 @@
 #include "knead/editor/tools.h"
 #include "mesh/body_points.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 using namespace detail;
 
@@ -60,7 +60,8 @@ SoundReach Fitter::go_to_landmarks() {
   for (std::size_t i = landmarks_.size(); i < anchors.size(); ++i) guides.push_back(anchors[i].from);
   motion_->set_guides(std::move(guides));
   SoundReach reach = go_along(
-      paths, std::clamp(static_cast<std::size_t>(std::ceil(longest / (kMaxStep * diagonal_))), kMinSteps, kMaxSteps));
+      paths,
+      std::clamp(static_cast<std::size_t>(std::ceil(longest / (kMaxFitStep * diagonal_))), kMinSteps, kMaxSteps));
   motion_->set_guides({});
   return reach;
 }
@@ -94,7 +95,7 @@ PotentialGrid Fitter::step_to(const Paths& paths, double time) {
     const bool is_node = k >= paths.pairs;
     if (!is_node && k % stride != 0) continue;
     const Vec3d& p = motion_->guides()[k];
-    const Vec3d by = clipped(place_on(paths.all[landmarks_.size() + k], time) - p, 2 * kMaxStep * diagonal_);
+    const Vec3d by = clipped(place_on(paths.all[landmarks_.size() + k], time) - p, 2 * kMaxFitStep * diagonal_);
     rows.push_back({{p}, {by}, is_node ? kGuideWeight : kMapWeight});
   }
   return motion_->solve(to, std::move(rows));
@@ -128,4 +129,4 @@ void Fitter::exactly_to_landmarks() {
   last_.emplace_back(std::move(pins));
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

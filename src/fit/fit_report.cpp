@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "mesh/body_points.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -135,7 +134,7 @@ GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3
   return range;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail
 
 namespace knead {
 
@@ -144,7 +143,7 @@ constexpr double kMaxDistance = 3e-2;          // of any of their vertices: fart
 constexpr double kMaxVolumeDifference = 1e-3;  // relative; a greater one hinders a fit that keeps the volume
 
 std::string complaint_about(const BodyFitReport& report, const BodyFitOptions& options) {
-  if (report.crossings_new > fit_detail::max_new_crossings(report.crossings_before)) {
+  if (report.crossings_new > detail::max_new_crossings(report.crossings_before)) {
     return fmt::format("{} after the fit that did not before; give more pairs of landmarks where they cross",
                        report.crossings_new == 1 ? "1 pair of triangles crosses"
                                                  : fmt::format("{} pairs of triangles cross", report.crossings_new));

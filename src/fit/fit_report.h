@@ -1,8 +1,6 @@
 // Distances, volumes and crossings of fits. Internal to the fit module.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,7 +9,7 @@
 #include "knead/mesh.h"
 #include "knead/stroke.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 // A surface or a cloud.
 struct MeasuredShape {
@@ -69,4 +67,4 @@ struct GrowthRange {
 // Throws Cancelled.
 GrowthRange growth_range(std::span<const Stroke> strokes, const std::vector<Vec3d>& points, const Measuring& measuring);
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

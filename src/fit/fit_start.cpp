@@ -16,7 +16,7 @@
 #include "math/elementary.h"
 #include "mesh/body_points.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 using namespace detail;
 
@@ -251,4 +251,4 @@ void Fitter::find_tips() {
   set_marks();
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

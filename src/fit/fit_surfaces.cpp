@@ -6,7 +6,7 @@
 
 #include "knead/fit.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 using namespace detail;
 
@@ -89,15 +89,15 @@ std::optional<PotentialGrid> Fitter::match_round(const Level& level, double weig
   for (const Match& m : matches.all) {
     if (motion_->is_stiff(m.at)) continue;
     const Vec3d along = m.normal * dot(m.normal, m.by);
-    const Vec3d by = clipped(along * kNormalShare + (m.by - along) * kTangentShare, kMaxStep * diagonal_);
+    const Vec3d by = clipped(along * kNormalShare + (m.by - along) * kTangentShare, kMaxFitStep * diagonal_);
     rows.push_back({{m.at}, {by}, weight * m.weight});
   }
   std::vector<Vec3d> to;
   const std::vector<Vec3d> at = motion_->marks_at();
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    to.push_back(at[i] + clipped(landmarks_[i].target - at[i], kMaxStep * diagonal_));
+    to.push_back(at[i] + clipped(landmarks_[i].target - at[i], kMaxFitStep * diagonal_));
   }
   return motion_->solve(to, std::move(rows));
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

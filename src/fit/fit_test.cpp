@@ -21,7 +21,7 @@
 namespace knead::fit_test {
 namespace {
 
-using fit_detail::CoarseBody;
+using detail::CoarseBody;
 
 Mesh moved(const Mesh& mesh, const std::vector<Stroke>& strokes) {
   Session session;
@@ -204,7 +204,7 @@ TEST(Fit, LandmarksAloneMoveNothingElseOfTheirOwn) {
 
 TEST(Fit, TurnsAndMovesTheSourceFirst) {
   const Mesh source = make_shape(ShapeKind::hand, 4000);
-  const fit_detail::RigidMap map{fit_detail::Turn{0.5, {0.5, -0.5, 0.5}}, {0, 0, 0}, {5, -3, 2}};
+  const detail::RigidMap map{detail::Quaternion{0.5, {0.5, -0.5, 0.5}}, {0, 0, 0}, {5, -3, 2}};
   Mesh target = with_other_faces(source);
   for (Vec3d& p : target.positions) p = map(p);
   for (const bool has_landmarks : {false, true}) {
@@ -427,13 +427,13 @@ TEST(Fit, SaysWhatIsWrong) {
 TEST(FitMap, IsFoundFromAFewSeeds) {
   const Mesh source = figure();
   const Mesh target = figure_with_arms(60);
-  const auto a = fit_detail::spectral_surface(source.positions, triangulate(source), nullptr);
-  const auto b = fit_detail::spectral_surface(target.positions, triangulate(target), nullptr);
+  const auto a = detail::spectral_surface(source.positions, triangulate(source), nullptr);
+  const auto b = detail::spectral_surface(target.positions, triangulate(target), nullptr);
   ASSERT_TRUE(a && b);
   EXPECT_NEAR(a->spectrum.values[0], 0, 1e-6);
   EXPECT_NEAR(a->spectrum.values[50] / b->spectrum.values[50], 1, 0.05);
   std::vector<FitPair> seeds = far_pairs(source, target, 5);
-  const fit_detail::SurfaceMap map = fit_detail::functional_map(*a, *b, seeds, false, 1, nullptr);
+  const detail::SurfaceMap map = detail::functional_map(*a, *b, seeds, false, 1, nullptr);
   EXPECT_GT(map.quality, 0.5);
   EXPECT_GT(map.pairs.size(), 500);
   double sum = 0;
@@ -443,14 +443,14 @@ TEST(FitMap, IsFoundFromAFewSeeds) {
   }
   EXPECT_LT(sum / static_cast<double>(map.pairs.size()), 0.02 * shape_box(target).diagonal());
   for (FitPair& pair : seeds) pair.source.x = -pair.source.x;
-  EXPECT_LT(fit_detail::functional_map(*a, *b, seeds, true, 1, nullptr).quality, fit_detail::kMinMapQuality);
+  EXPECT_LT(detail::functional_map(*a, *b, seeds, true, 1, nullptr).quality, detail::kMinMapQuality);
 }
 
 TEST(FitTips, AreTheEndsOfLimbs) {
   const Mesh mesh = figure();
   const CoarseBody body(mesh.positions, triangulate(mesh), 250);
   std::vector<Vec3d> tips;
-  for (const std::uint32_t i : fit_detail::tips_of(body)) tips.push_back(body.nodes()[i]);
+  for (const std::uint32_t i : detail::tips_of(body)) tips.push_back(body.nodes()[i]);
   const auto has = [&](const Vec3d& p) {
     return std::any_of(tips.begin(), tips.end(), [&](const Vec3d& tip) { return norm(tip - p) < 0.2; });
   };
@@ -463,7 +463,7 @@ TEST(FitTips, AreTheEndsOfLimbs) {
 TEST(FitPaths, TurnAboutJoints) {
   const Mesh mesh = cylinder();
   CoarseBody body(mesh.positions, triangulate(mesh), 300);
-  std::vector<fit_detail::Anchor> anchors;
+  std::vector<detail::Anchor> anchors;
   const Vec3d joint{0, 0, 0};
   for (const Vec3d& p : mesh.positions) {
     if (p.z < -1) anchors.push_back({p, p});
@@ -486,7 +486,7 @@ TEST(FitPaths, TurnAboutJoints) {
 
 // Rounding must not decide how points on a line are turned about it: as little as possible.
 TEST(FitTurns, HardlyTurnPointsOnALineAboutIt) {
-  using namespace fit_detail;
+  using namespace detail;
   std::mt19937 random(21);
   const auto number = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
   const auto direction = [&] { return normalized(Vec3d{number(), number(), number()}); };
@@ -502,14 +502,14 @@ TEST(FitTurns, HardlyTurnPointsOnALineAboutIt) {
       from.push_back(along * at + beside * 0.5);
       to.push_back(bent * at + beside * 0.5 + direction() * 1e-12);
     }
-    const Turn turn = nearest_rigid(from, to).turn;
+    const Quaternion turn = nearest_rigid(from, to).turn;
     EXPECT_NEAR(2 * std::acos(std::min(1.0, turn.w)), turned, 1e-6);
   }
 }
 
 TEST(FitTurns, AreNearestRotations) {
-  using namespace fit_detail;
-  const Turn turn{0.5, {0.5, -0.5, 0.5}};
+  using namespace detail;
+  const Quaternion turn{0.5, {0.5, -0.5, 0.5}};
   std::vector<Vec3d> from{{1, 0, 0}, {0, 2, 0}, {0, 0, 3}, {1, 1, 1}};
   std::vector<Vec3d> to;
   for (const Vec3d& p : from) to.push_back(turn * p + Vec3d{1, 2, 3});
@@ -519,7 +519,7 @@ TEST(FitTurns, AreNearestRotations) {
   const RigidMap map = nearest_rigid(from, to);
   EXPECT_NEAR(map.turn.w * map.turn.w + norm2(map.turn.v), 1, 1e-14);
   EXPECT_GT(rms_of(map, from, to), 0.5);
-  const Turn half = part_of(turn, 0.5) * part_of(turn, 0.5);
+  const Quaternion half = part_of(turn, 0.5) * part_of(turn, 0.5);
   EXPECT_NEAR(half.w, turn.w, 1e-14);
 }
 

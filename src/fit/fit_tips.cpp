@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -196,4 +196,4 @@ std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const
   return result;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -2,14 +2,13 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "fit/coarse_body.h"
 #include "fit/surface_matches.h"
 #include "knead/fit.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 // A surface, some of its points with normals, and a few hundred nodes.
 struct PosedSurface {
@@ -29,4 +28,4 @@ std::vector<std::vector<FitPair>> tip_sets(const CoarseBody& source, const Coars
 std::optional<std::vector<FitPair>> match_tips(const PosedSurface& source, const PosedSurface& target, double diagonal,
                                                const Progress* progress);
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

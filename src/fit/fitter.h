@@ -15,17 +15,14 @@
 #include "fit/fit_motion.h"
 #include "fit/fit_report.h"
 #include "fit/surface_matches.h"
-#include "knead/error.h"
 #include "knead/fit.h"
 #include "knead/mesh.h"
 #include "knead/stroke.h"
 #include "pose/sound_steps.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
-using detail::SoundReach;
-
-inline constexpr double kMaxStep = 0.03;  // of the diagonal: the greatest motion in a step
+inline constexpr double kMaxFitStep = 0.03;  // of the diagonal: the greatest motion in a step
 inline constexpr std::size_t kMaxMapAnchors = 1500;
 inline constexpr double kMaxPathStretch = 2;        // of a triangle while the landmarks move, relative to max_stretch
 inline constexpr double kMaxKeptDifference = 0.03;  // of volumes: with more, a note advises to let them change
@@ -100,7 +97,7 @@ class Fitter {
   Result look(std::string stage) const;
   void keep_better(Result result);
   SelfIntersections crossings_of(std::span<const Vec3d> positions) const;
-  std::size_t max_new_crossings() const { return fit_detail::max_new_crossings(crossings_before_.count); }
+  std::size_t max_new_crossings() const { return detail::max_new_crossings(crossings_before_.count); }
   // Whether the volume stays although that of the target is another.
   bool must_volume_differ() const {
     return options_.volume == FitVolume::keep && std::abs(report_.volume_difference.value_or(0)) > kMaxKeptDifference;
@@ -126,7 +123,7 @@ class Fitter {
   double diagonal_ = 0;
   std::unique_ptr<SurfaceTree> target_tree_;
   SelfIntersections crossings_before_;
-  std::optional<detail::SoundJudge> judge_;  // of all steps
+  std::optional<SoundJudge> judge_;  // of all steps
   std::unique_ptr<FitMotion> motion_;
   std::vector<Stroke> strokes_;  // before those of the grids
   std::vector<Stroke> last_;     // after them
@@ -157,4 +154,4 @@ struct Fitter::Surfaces {
   }
 };
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

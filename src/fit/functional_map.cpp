@@ -10,12 +10,9 @@
 #include "math/sparse_cholesky.h"
 #include "mesh/body_points.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
-
-using detail::SparseCholesky;
-using detail::SymmetricMatrix;
 
 constexpr std::size_t kFirstFunctions = 30;
 constexpr std::array<std::size_t, 5> kFunctions{kFirstFunctions, 45, 65, 90, kMapFunctions};
@@ -358,4 +355,4 @@ SurfaceMap functional_map(const SpectralSurface& source, const SpectralSurface& 
   return result;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

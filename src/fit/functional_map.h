@@ -16,7 +16,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 // Eigenfunctions of the Laplacian of the largest piece of a surface, whose area counts as 1. A surface with many
 // vertices is represented by 4,000 of them, with the triangles of their regions' corners.
@@ -62,4 +62,4 @@ inline constexpr double kMinMapQuality = 0.3;
 SurfaceMap functional_map(const SpectralSurface& source, const SpectralSurface& target, std::span<const FitPair> seeds,
                           bool sketches, int threads, const Progress* progress);
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

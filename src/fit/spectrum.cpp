@@ -11,18 +11,16 @@
 #include "fit/coarse_body.h"
 #include "math/sparse_cholesky.h"
 #include "mesh/body_points.h"
+#include "mesh/edges.h"
 
 #define EIGEN_DONT_VECTORIZE
 #define EIGEN_DONT_PARALLELIZE
 #define EIGEN_MPL2_ONLY
 #include <Eigen/OrderingMethods>
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
-
-using detail::SparseCholesky;
-using detail::SymmetricMatrix;
 
 constexpr std::size_t kMaxNodes = 6000;
 constexpr std::size_t kCoarseNodes = 4000;
@@ -39,29 +37,21 @@ double area_of(std::span<const Vec3d> p, const Triangle& t) {
 
 // Returns the triangles of the piece with the greatest area, if it has most of it.
 std::vector<Triangle> largest_piece(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
-  std::vector<std::uint32_t> root(positions.size());
-  std::iota(root.begin(), root.end(), 0U);
-  const auto find = [&](std::uint32_t v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
+  DisjointSets pieces(positions.size());
   for (const Triangle& t : triangles) {
-    for (std::size_t i = 1; i < 3; ++i) {
-      const auto [low, high] = std::minmax({find(t[0]), find(t[i])});
-      root[high] = low;
-    }
+    for (std::size_t i = 1; i < 3; ++i) pieces.join(t[0], t[i]);
   }
   std::vector<double> area(positions.size(), 0);
   double total = 0;
   for (const Triangle& t : triangles) {
-    area[find(t[0])] += area_of(positions, t);
+    area[pieces.find(t[0])] += area_of(positions, t);
     total += area_of(positions, t);
   }
   const auto largest = std::max_element(area.begin(), area.end());
   std::vector<Triangle> piece;
   if (area.empty() || !(*largest > kMinPieceShare * total)) return piece;
   for (const Triangle& t : triangles) {
-    if (find(t[0]) == static_cast<std::uint32_t>(largest - area.begin())) piece.push_back(t);
+    if (pieces.find(t[0]) == static_cast<std::uint32_t>(largest - area.begin())) piece.push_back(t);
   }
   return piece;
 }
@@ -363,4 +353,4 @@ std::optional<Spectrum> spectrum_of(std::span<const Vec3d> positions, std::span<
   return s.values.size() == count ? std::optional(std::move(s)) : std::nullopt;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

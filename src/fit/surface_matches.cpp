@@ -9,7 +9,7 @@
 #include "knead/error.h"
 #include "mesh/body_points.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -243,4 +243,4 @@ Matches match_in_order(std::span<const SurfaceSample> from, std::span<const Surf
   return result;
 }
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

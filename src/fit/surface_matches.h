@@ -10,7 +10,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
-namespace knead::fit_detail {
+namespace knead::detail {
 
 // A point of a surface with its unit normal.
 struct SurfaceSample {
@@ -109,4 +109,4 @@ Matches match(const SampleTree& source, std::span<const SurfaceSample> of_source
 // one.
 Matches match_in_order(std::span<const SurfaceSample> from, std::span<const SurfaceSample> to);
 
-}  // namespace knead::fit_detail
+}  // namespace knead::detail

@@ -187,7 +187,7 @@ class GridGradient {
   GridGradient(const Segment& segment, const TangentOptions& options, const AdvectOptions& advect_options)
       : advect_options_(advect_options),
         there_(make_segment_mover(segment, advect_options)),
-        inverse_(inverse({{segment}}).segments.front()),
+        inverse_(inverse(Flow{{segment}}).segments.front()),
         back_(inverse_, advect_options, {.jacobian_tolerance = options.relative_tolerance}),
         cells_(segment.grid),
         sets_(segment.grid.end_coefficients.empty() ? 1 : 2) {

@@ -1,10 +1,9 @@
-// Bounds of supports: for culling blocks of points, and for FlowReach.
+// Bounds of supports: for culling blocks of points, and for FlowSupport.
 #include "flow/culling.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -228,7 +227,7 @@ bool Culling::misses(const Surround& ball) const {
 
 namespace knead {
 
-struct FlowReach::Parts {
+struct FlowSupport::Parts {
   explicit Parts(const Flow& whole) : flow(detail::each_part(whole)) {
     for (const Segment& segment : flow.segments) {
       segments.emplace_back(segment);
@@ -253,24 +252,24 @@ struct FlowReach::Parts {
   std::vector<double> features;  // of the segments
 };
 
-FlowReach::FlowReach(const Flow& flow) : parts_(std::make_unique<const Parts>(flow)) {}
-FlowReach::~FlowReach() = default;
-FlowReach::FlowReach(FlowReach&&) noexcept = default;
-FlowReach& FlowReach::operator=(FlowReach&&) noexcept = default;
+FlowSupport::FlowSupport(const Flow& flow) : parts_(std::make_unique<const Parts>(flow)) {}
+FlowSupport::~FlowSupport() = default;
+FlowSupport::FlowSupport(FlowSupport&&) noexcept = default;
+FlowSupport& FlowSupport::operator=(FlowSupport&&) noexcept = default;
 
-bool FlowReach::may_move(const Vec3d& center, double radius) const {
+bool FlowSupport::may_move(const Vec3d& center, double radius) const {
   for (std::size_t i = 0; i < parts_->segments.size(); ++i) {
     if (parts_->may_move(i, center, radius)) return true;
   }
   return false;
 }
 
-double FlowReach::smallest_feature() const {
+double FlowSupport::smallest_feature() const {
   return std::accumulate(parts_->features.begin(), parts_->features.end(), kInfinity,
                          [](double a, double b) { return std::min(a, b); });
 }
 
-double FlowReach::smallest_feature(const Vec3d& center, double radius) const {
+double FlowSupport::smallest_feature(const Vec3d& center, double radius) const {
   double smallest = kInfinity;
   for (std::size_t i = 0; i < parts_->segments.size(); ++i) {
     if (parts_->features[i] < smallest && parts_->may_move(i, center, radius)) smallest = parts_->features[i];

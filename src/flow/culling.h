@@ -68,8 +68,8 @@ class Culling {
 
   std::vector<Sweep> sweeps_;
   std::vector<std::shared_ptr<const GridSupport>> grids_;
-  std::optional<CurveReach> curve_;
-  std::optional<LatticeReach> lattice_;
+  std::optional<CurveSupport> curve_;
+  std::optional<LatticeSupport> lattice_;
 };
 
 }  // namespace knead::detail

@@ -3,13 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <memory>
 
 #include "field/dual.h"
 #include "flow/kernels/kernel.h"
-#include "flow/masked.h"
-#include "knead/error.h"
 
 namespace knead::detail {
 
@@ -394,7 +390,7 @@ auto CurveTable<S>::on_section(const Vec3d& x, double s) const -> std::optional<
 template class CurveTable<double>;
 template bool CurveTable<double>::place<double>(const CurvePoint<double>&, Vec3d&) const;
 
-CurveReach::CurveReach(const Segment& segment)
+CurveSupport::CurveSupport(const Segment& segment)
     : tangent_(segment.curve.frame.row0),
       length_(segment.curve.length),
       radius_(segment.curve.radius),
@@ -405,7 +401,7 @@ CurveReach::CurveReach(const Segment& segment)
   first_ = curve.place - tangent_ * (curve.anchor * curve.spacing());
 }
 
-bool CurveReach::misses(const Vec3d& center, double radius) const {
+bool CurveSupport::misses(const Vec3d& center, double radius) const {
   if (!is_straight_) return false;
   const Vec3d d = center - first_;
   const double s = dot(d, tangent_);

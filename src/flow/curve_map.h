@@ -104,9 +104,9 @@ class CurveTable {
 };
 
 // The space in which a segment with a curve may move points.
-class CurveReach {
+class CurveSupport {
  public:
-  explicit CurveReach(const Segment& segment);
+  explicit CurveSupport(const Segment& segment);
 
   // Returns true only if no point of the ball moves.
   bool misses(const Vec3d& center, double radius) const;

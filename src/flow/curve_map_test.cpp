@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -173,9 +172,9 @@ TEST(CurveMap, IsRigidBeyondItsEnds) {
       EXPECT_NEAR(norm(there[k] - there[0]), norm(last[k] - last[0]), 1e-12);
     }
     const Flow flow{{segment}};
-    const FlowReach reach(flow);
-    EXPECT_FALSE(reach.may_move(first[0] - segment.curve.frame.row0 * 2, 1));
-    EXPECT_TRUE(reach.may_move(last[0], 0.1));
+    const FlowSupport support(flow);
+    EXPECT_FALSE(support.may_move(first[0] - segment.curve.frame.row0 * 2, 1));
+    EXPECT_TRUE(support.may_move(last[0], 0.1));
   }
 }
 

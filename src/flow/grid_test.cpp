@@ -260,10 +260,10 @@ TEST(Grid, IsExactlyZeroTwoSpacingsBeyondTheNodesInUse) {
     const auto after = moved({{segment}}, inside, options);
     for (std::size_t i = 0; i < inside.size(); ++i) EXPECT_NE(after[i], inside[i]);
   }
-  const FlowReach reach({{segment}});
-  EXPECT_TRUE(reach.may_move({1.45, 1, 1}, 0.01));
-  EXPECT_FALSE(reach.may_move({1.6, 1, 1}, 0.09));
-  EXPECT_FALSE(reach.may_move({0.3, 1, 1}, 0.1));
+  const FlowSupport support({{segment}});
+  EXPECT_TRUE(support.may_move({1.45, 1, 1}, 0.01));
+  EXPECT_FALSE(support.may_move({1.6, 1, 1}, 0.09));
+  EXPECT_FALSE(support.may_move({0.3, 1, 1}, 0.1));
 }
 
 TEST(Grid, CullingMissesNoUsedCell) {

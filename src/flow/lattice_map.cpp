@@ -98,7 +98,7 @@ Box bounding_box(const LatticeMotion& lattice) {
   return box;
 }
 
-LatticeReach::LatticeReach(const Segment& segment)
+LatticeSupport::LatticeSupport(const Segment& segment)
     : origin_(segment.lattice.origin), axes_(segment.lattice.axes), lengths_(segment.lattice.lengths) {
   const auto closed = closed_faces(segment.lattice);
   const double by = segment.begin * greatest_displacement(segment.lattice);
@@ -107,7 +107,7 @@ LatticeReach::LatticeReach(const Segment& segment)
   }
 }
 
-bool LatticeReach::misses(const Vec3d& center, double radius) const {
+bool LatticeSupport::misses(const Vec3d& center, double radius) const {
   const Vec3d at = axes_ * (center - origin_);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double edge = radius * (1 + kEdge) + 2 * kEdge * lengths_[axis];
@@ -120,7 +120,7 @@ LatticeMap::LatticeMap(const Segment& segment)
     : lattice_(segment.lattice),
       begin_(segment.begin),
       end_(segment.end),
-      reach_(segment),
+      support_(segment),
       axes_(axes_of(segment.lattice)) {
   if (begin_ == 0) return;
   std::array<int, 3> counts{};
@@ -239,7 +239,7 @@ std::optional<Vec3d> LatticeMap::search(const Vec3d& target, Vec3d at) const {
 std::optional<Vec3d> LatticeMap::find(const Vec3d& x) const {
   const Vec3d at = to_box(x);
   if (begin_ == 0) return inside(at);
-  if (reach_.misses(x, 0)) return std::nullopt;
+  if (support_.misses(x, 0)) return std::nullopt;
   Vec3d clamped = at;
   for (std::size_t axis = 0; axis < 3; ++axis) clamped[axis] = std::clamp(at[axis], 0.0, lattice_.lengths[axis]);
   const Vec3d guess = at - lattice_.axes * displacement(clamped, nullptr) * begin_;

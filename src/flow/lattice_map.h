@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <optional>
 #include <span>
 #include <utility>
@@ -53,9 +52,9 @@ std::array<std::array<bool, 2>, 3> closed_faces(const LatticeMotion& lattice);
 Box bounding_box(const LatticeMotion& lattice);
 
 // What a segment with a lattice may move: the box; at a later beginning also what it then reaches out to.
-class LatticeReach {
+class LatticeSupport {
  public:
-  explicit LatticeReach(const Segment& segment);
+  explicit LatticeSupport(const Segment& segment);
 
   // Returns true only if no point of the ball moves.
   bool misses(const Vec3d& center, double radius) const;
@@ -105,7 +104,7 @@ class LatticeMap {
   LatticeMotion lattice_;
   double begin_;
   double end_;
-  LatticeReach reach_;
+  LatticeSupport support_;
   std::array<LatticeAxis, 3> axes_;
   std::vector<std::pair<Vec3d, Vec3d>> stations_;  // at the beginning and at t = 0, where a search may start
 };

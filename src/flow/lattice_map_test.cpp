@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "flow/tangents.h"

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "field/grid.h"
 #include "field/mask_grid.h"

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -308,11 +307,11 @@ TEST(Sum, ReachIsThatOfAllParts) {
   Random random(99);
   for (const NamedSegment& named : random_sums(random)) {
     const Flow flow{{named.segment}};
-    const FlowReach reach(flow);
+    const FlowSupport support(flow);
     const auto points = test::random_points(random, 500, 1.5);
     const std::vector<Vec3d> moved = test::moved(flow, points, options_of(Precision::float32));
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (reach.may_move(points[i], 0)) continue;
+      if (support.may_move(points[i], 0)) continue;
       EXPECT_EQ(moved[i], points[i]) << named.name;
     }
   }

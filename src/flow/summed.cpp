@@ -151,9 +151,9 @@ bool may_meet(const Zone& a, const Zone& b) {
 }
 
 // Finds the parts of a sum that a point can meet.
-class PartsInReach {
+class PartsNearby {
  public:
-  explicit PartsInReach(const std::vector<Segment>& parts) {
+  explicit PartsNearby(const std::vector<Segment>& parts) {
     for (const Segment& part : parts) zones_.push_back(zone_of(part));
     const std::size_t count = zones_.size();
     for (std::size_t i = 0; i < count; ++i) {
@@ -325,7 +325,7 @@ class SumMover {
   const Segment& sum_;
   ChosenMovers movers_;
   ChosenMovers to_start_;
-  std::optional<PartsInReach> in_reach_;  // nothing under a mask, whose offsets are those of all parts together
+  std::optional<PartsNearby> in_reach_;  // nothing under a mask, whose offsets are those of all parts together
 };
 
 // The field of a sum's kernel, and the data that it points to.

@@ -2,7 +2,6 @@
 #include "flow/tangents.h"
 
 #include <algorithm>
-#include <utility>
 #include <variant>
 
 #include "flow/masked.h"

@@ -1,9 +1,6 @@
 // Makes buffers, textures, framebuffers and programs, and reports OpenGL's errors.
 #include "gl/objects.h"
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
 #include <vector>
 
 #include <fmt/format.h>

@@ -1,9 +1,7 @@
 // Moves points on a GPU: buffers of points, calls of shaders, and the backend that falls back to the CPU.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <mutex>

@@ -1,7 +1,6 @@
 // A GPU that fails under way: no point is lost, and the CPU goes on.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <optional>
 
 #include "gl/objects.h"

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "knead/editor/gl.h"
 #include "knead/error.h"
 #include "knead/mesh.h"

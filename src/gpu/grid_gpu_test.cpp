@@ -1,9 +1,6 @@
 // Grids of potentials on the GPU against the CPU.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <string>
-
 #include "field/grid.h"
 #include "support/gpu_fixture.h"
 #include "support/random_grids.h"

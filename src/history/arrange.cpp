@@ -84,13 +84,13 @@ WorkResult Workbench::make_arrangement(const std::vector<std::vector<SessionStro
 }
 
 WorkResult Workbench::arrange(const std::vector<std::vector<SessionStroke>>& entries, bool again, Progress* progress) {
-  const std::size_t given_up = set_live({}, progress).lines.taken_back;
+  const std::size_t given_up = set_live({}, progress).lines.undone;
   WorkResult result = settle(progress);
-  result.lines.taken_back += given_up;
+  result.lines.undone += given_up;
   if (!result.is_done()) return result;
   History next;
   result = make_arrangement(entries, next, progress);
-  result.lines.taken_back = given_up;
+  result.lines.undone = given_up;
   if (!result.is_done() || next == now_) return result;
   Change change = change_between(now_, next);
   if (again && !undo_.empty()) {
@@ -108,18 +108,18 @@ WorkResult Workbench::arrange(const std::vector<std::vector<SessionStroke>>& ent
 }
 
 LineChange joined_changes(LineChange first, LineChange second) {
-  const std::size_t dropped = std::min(second.taken_back, first.appended.size());
+  const std::size_t dropped = std::min(second.undone, first.appended.size());
   first.appended.resize(first.appended.size() - dropped);
-  first.taken_back += second.taken_back - dropped;
+  first.undone += second.undone - dropped;
   std::move(second.appended.begin(), second.appended.end(), std::back_inserter(first.appended));
   return first;
 }
 
 WorkResult Workbench::edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress* progress) {
   if (entry >= now_.size()) throw std::out_of_range("there is no such entry in the history");
-  const std::size_t given_up = set_live({}, progress).lines.taken_back;
+  const std::size_t given_up = set_live({}, progress).lines.undone;
   if (WorkResult settled = settle(progress); !settled.is_done()) {
-    settled.lines.taken_back += given_up;
+    settled.lines.undone += given_up;
     return settled;
   }
   Change next{entry, {}};
@@ -128,7 +128,7 @@ WorkResult Workbench::edit(std::size_t entry, std::vector<SessionStroke> strokes
   for (std::size_t i = entry + 1; i < now_.size(); ++i) anew.push_back(now_[i]->info.strokes);
   WorkResult result = make_rest(anew, next, progress);
   if (result.is_done()) result.lines = change_to(std::move(next));
-  result.lines.taken_back += given_up;
+  result.lines.undone += given_up;
   return result;
 }
 

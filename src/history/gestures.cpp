@@ -19,8 +19,8 @@ constexpr std::size_t kMaxImages = 8;  // of one gesture, mirrored in three plan
 // The path along which the tool of a stroke goes; null for other strokes.
 template <class AnyStroke>
 auto path_of(AnyStroke& stroke) {
-  return tool_detail::with_row(
-      stroke, [](const auto& row, auto& own) { return row.path != nullptr ? &(own.*row.path) : nullptr; });
+  return detail::with_row(stroke,
+                          [](const auto& row, auto& own) { return row.path != nullptr ? &(own.*row.path) : nullptr; });
 }
 
 Stroke with_path(Stroke stroke, std::vector<Vec3d> path) {
@@ -111,7 +111,7 @@ bool stands_alone(const Stroke& stroke) {
 // Returns the stroke with only the first point of its path, since further pieces of one side may have been joined.
 Stroke beginning(const Stroke& stroke) {
   Stroke result = stroke;
-  tool_detail::with_row(result, [](const auto& row, auto& own) {
+  detail::with_row(result, [](const auto& row, auto& own) {
     if (row.path != nullptr && row.join != nullptr) (own.*row.path).resize(1);
   });
   return result;
@@ -229,7 +229,7 @@ std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& be
 }
 
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
-  return session_detail::joined_where(std::move(strokes), [](const SessionStroke& before, const SessionStroke& stroke) {
+  return detail::joined_where(std::move(strokes), [](const SessionStroke& before, const SessionStroke& stroke) {
     const auto may_join = [](SessionStroke each) {
       each.mirror.clear();
       return is_plain(each) && !each.remesh;
@@ -238,7 +238,7 @@ std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
   });
 }
 
-std::vector<SessionStroke> session_detail::joined_where(std::vector<SessionStroke> strokes, MayJoin may_join) {
+std::vector<SessionStroke> detail::joined_where(std::vector<SessionStroke> strokes, MayJoin may_join) {
   std::vector<SessionStroke> result;
   for (SessionStroke& stroke : strokes) {
     const bool is_joined = !result.empty() && result.back().mirror == stroke.mirror &&

@@ -12,7 +12,7 @@
 #include "knead/editor/shape_state.h"
 #include "knead/session.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 inline constexpr const char* kSessionFile = "session.knead";
 // Two lines: the length of kSessionFile in bytes when the work was saved, 0 if it has changed since; and the session
@@ -64,4 +64,4 @@ class KeptState {
   std::shared_ptr<MemoryAccount> account_;
 };
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

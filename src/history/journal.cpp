@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <ctime>
 #include <fstream>
 #include <iterator>
@@ -23,9 +22,7 @@
 namespace knead {
 
 namespace fs = std::filesystem;
-using io_detail::AppendFile;
-using session_detail::kSavedFile;
-using session_detail::kSessionFile;
+using namespace detail;
 
 namespace {
 
@@ -59,9 +56,9 @@ class Unheld {
 // Returns the session of a journal. Joins the pieces of a stroke that was growing when the program ended
 // (Workbench::live_lines); a finished stroke has no pieces.
 Session read_whole(const fs::path& folder) {
-  Session session = parse_session(session_detail::read_journal(folder), (folder / kSessionFile).string());
-  session.strokes = session_detail::joined_where(
-      std::move(session.strokes), [](const SessionStroke& before, const SessionStroke& stroke) {
+  Session session = parse_session(detail::read_journal(folder), (folder / kSessionFile).string());
+  session.strokes =
+      detail::joined_where(std::move(session.strokes), [](const SessionStroke& before, const SessionStroke& stroke) {
         return stroke.new_entry == false && stroke.remesh && stroke.remesh == before.remesh;
       });
   return session;
@@ -179,7 +176,7 @@ std::string write_original(const fs::path& folder, const ShapeFile& shape, std::
 
 }  // namespace
 
-namespace session_detail {
+namespace detail {
 
 std::string read_journal(const fs::path& folder) {
   const fs::path path = folder / kSessionFile;
@@ -193,7 +190,7 @@ std::string read_journal(const fs::path& folder) {
   return text;
 }
 
-}  // namespace session_detail
+}  // namespace detail
 
 std::string_view whole_batches(std::string_view text) {
   std::size_t end = text.rfind('\n');
@@ -273,9 +270,9 @@ Journal Journal::create(const fs::path& root, const ShapeFile& shape, const std:
 
 Journal Journal::attach(const fs::path& folder) {
   const fs::path path = folder / kSessionFile;
-  session_detail::read_journal(folder);  // throws where there is none, before the lock would make the file
+  detail::read_journal(folder);  // throws where there is none, before the lock would make the file
   Journal journal(folder, std::make_unique<AppendFile>(path));
-  const std::string text = session_detail::read_journal(folder);
+  const std::string text = detail::read_journal(folder);
   journal.strokes_ = parse_session(text, path.string()).strokes.size();
   journal.remesh_.reset();
   journal.file_->cut(text.size());
@@ -284,7 +281,7 @@ Journal Journal::attach(const fs::path& folder) {
 
 void Journal::append(std::span<const SessionStroke> strokes) { replace(0, strokes); }
 
-void Journal::take_back(std::size_t n) { replace(n, {}); }
+void Journal::undo(std::size_t n) { replace(n, {}); }
 
 void Journal::replace(std::size_t n, std::span<const SessionStroke> strokes) {
   if (n > strokes_) {

@@ -1,8 +1,6 @@
 // What a journal does on every system; journal_test.cpp has more, with what only POSIX has.
 #include <gtest/gtest.h>
 
-#include <string>
-
 #include "knead/editor/workbench.h"
 #include "knead/error.h"
 #include "support/journal_work.h"

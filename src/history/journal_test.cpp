@@ -89,7 +89,7 @@ TEST_F(JournalTest, OtherReadersSeeAnOrdinarySession) {
   Journal journal = create();
   journal.append(std::vector<SessionStroke>{short_stroke(1), short_stroke(2), short_stroke(3, test::edges_below(0.5))});
   journal.replace(2, std::vector<SessionStroke>{short_stroke(4)});
-  journal.take_back(1);
+  journal.undo(1);
   const Session session = read_session(journal.folder() / "session.knead");
   EXPECT_EQ(without_lines(session.strokes), std::vector<SessionStroke>{short_stroke(1)});
   EXPECT_TRUE(session.warnings.empty());
@@ -184,8 +184,8 @@ TEST_F(JournalTest, DiscardingRemovesTheFolder) {
 TEST_F(JournalTest, MoreThanThereIsCannotBeTakenBack) {
   Journal journal = create();
   journal.append(std::vector<SessionStroke>{short_stroke(1)});
-  EXPECT_THROW(journal.take_back(2), InvalidInput);
-  journal.take_back(1);
+  EXPECT_THROW(journal.undo(2), InvalidInput);
+  journal.undo(1);
   EXPECT_TRUE(recovered(journal.folder()).empty());
 }
 

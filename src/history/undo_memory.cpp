@@ -5,7 +5,7 @@
 #include "history/history.h"
 #include "knead/mesh.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -70,4 +70,4 @@ KeptState::KeptState(ShapeState state, std::shared_ptr<MemoryAccount> account)
 
 KeptState::~KeptState() { account_->remove(state_); }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

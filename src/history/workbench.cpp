@@ -16,9 +16,7 @@ namespace knead {
 
 namespace {
 
-using session_detail::KeptState;
-using session_detail::MemoryAccount;
-using session_detail::ScopedProgress;
+using namespace detail;
 
 constexpr std::size_t kNearStates = 100;    // next to the present entry, dropped last
 constexpr std::size_t kFarStates = 16;      // farther away, from which dropped ones are computed again
@@ -40,7 +38,7 @@ bool is_remeshed(const std::vector<SessionStroke>& strokes) {
 // Returns about the amount by which applying the strokes to a shape of this size raises Progress::done.
 std::uint64_t work_of(const std::vector<SessionStroke>& strokes, const ShapeState& shape) {
   std::uint64_t segments = 0;
-  for (const SessionStroke& stroke : strokes) segments += tool_detail::segments_of(stroke.stroke);
+  for (const SessionStroke& stroke : strokes) segments += detail::segments_of(stroke.stroke);
   return segments * shape.positions.size();
 }
 
@@ -197,7 +195,7 @@ WorkResult Workbench::apply_change(const StrokeDelta& change, const std::vector<
 WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* progress, bool follows) {
   WorkResult result;
   if (strokes.empty()) {
-    result.lines.taken_back = std::exchange(live_lines_, 0);
+    result.lines.undone = std::exchange(live_lines_, 0);
     live_.clear();
     following_.reset();
     is_approximate_ = false;
@@ -322,14 +320,14 @@ WorkResult Workbench::redo(Progress* progress) {
   LineChange given_up = set_live({}, progress).lines;
   if (redo_.empty()) return {AdvectStatus::done, {}, std::move(given_up), {}};
   WorkResult result = step(redo_, undo_, progress);
-  result.lines.taken_back += given_up.taken_back;
+  result.lines.undone += given_up.undone;
   return result;
 }
 
 WorkResult Workbench::append(const std::vector<SessionStroke>& strokes, Progress* progress) {
   WorkResult result = set_live({}, progress);
   if (WorkResult settled = settle(progress); !settled.is_done()) {
-    settled.lines.taken_back += result.lines.taken_back;
+    settled.lines.undone += result.lines.undone;
     return settled;
   }
   for (const std::vector<SessionStroke>& group : strokes_of_gestures(strokes)) {
@@ -425,7 +423,7 @@ std::vector<SessionStroke> Workbench::lines_of(std::size_t index, std::vector<Se
 
 LineChange Workbench::live_lines(const StrokeDelta& change, const std::vector<SessionStroke>& strokes) {
   LineChange lines;
-  if (change.from_start) lines.taken_back = live_lines_;
+  if (change.from_start) lines.undone = live_lines_;
   if (change.rest_as_line) {
     lines.appended.push_back(*change.rest_as_line);
     if (strokes[change.first_new - 1].remesh) {  // recover_journal joins the pieces, to be remeshed as one stroke
@@ -435,14 +433,14 @@ LineChange Workbench::live_lines(const StrokeDelta& change, const std::vector<Se
   }
   std::size_t first = change.first_new;
   if (change.rest && !change.rest_as_line) {
-    lines.taken_back = 1;
+    lines.undone = 1;
     --first;
   }
   if (first < strokes.size()) {
     const std::vector<SessionStroke> marked = lines_of(now_.size(), strokes);
     lines.appended.insert(lines.appended.end(), marked.begin() + static_cast<std::ptrdiff_t>(first), marked.end());
   }
-  live_lines_ = live_lines_ - lines.taken_back + lines.appended.size();
+  live_lines_ = live_lines_ - lines.undone + lines.appended.size();
   return lines;
 }
 
@@ -513,7 +511,7 @@ WorkResult Workbench::step(std::vector<Change>& from, std::vector<Change>& to, P
 // Returns the change of the session file's lines for the entries from a number on, and updates lines_.
 LineChange Workbench::lines_from(std::size_t common) {
   LineChange change;
-  for (std::size_t i = common; i < lines_.size(); ++i) change.taken_back += lines_[i];
+  for (std::size_t i = common; i < lines_.size(); ++i) change.undone += lines_[i];
   lines_.resize(common);
   for (std::size_t i = common; i < now_.size(); ++i) {
     const std::vector<SessionStroke> strokes = lines_of(i, now_[i]->info.strokes);

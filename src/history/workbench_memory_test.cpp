@@ -111,8 +111,8 @@ struct Lines {
   std::vector<SessionStroke> strokes;
 
   void follow(const LineChange& change) {
-    ASSERT_LE(change.taken_back, strokes.size());
-    strokes.resize(strokes.size() - change.taken_back);
+    ASSERT_LE(change.undone, strokes.size());
+    strokes.resize(strokes.size() - change.undone);
     strokes.insert(strokes.end(), change.appended.begin(), change.appended.end());
   }
 };

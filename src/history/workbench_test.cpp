@@ -9,7 +9,6 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "support/scratch.h"
 
 namespace knead::workbench_test {
@@ -46,8 +45,8 @@ struct Lines {
   std::vector<SessionStroke> strokes;
 
   void follow(const LineChange& change) {
-    ASSERT_LE(change.taken_back, strokes.size());
-    strokes.resize(strokes.size() - change.taken_back);
+    ASSERT_LE(change.undone, strokes.size());
+    strokes.resize(strokes.size() - change.undone);
     strokes.insert(strokes.end(), change.appended.begin(), change.appended.end());
   }
 };

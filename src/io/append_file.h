@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 class AppendFile {
  public:
@@ -49,4 +49,4 @@ class AppendFile {
   std::unique_ptr<Syncer> syncer_;
 };
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

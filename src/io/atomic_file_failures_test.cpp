@@ -12,10 +12,8 @@
 #include <cerrno>
 #include <cstdarg>
 #include <cstdio>
-#include <cstring>
 #include <string_view>
 
-#include "knead/animation.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"

@@ -9,7 +9,7 @@
 #include "knead/error.h"
 #include "math/system.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 namespace {
 
 constexpr std::array<const Codec*, 18> kCodecs = {&ply_codec,     &obj_codec,    &glb_codec, &gltf_codec, &stl_codec,
@@ -97,4 +97,4 @@ void SourceBytes::copy(std::size_t begin, std::size_t end, const std::function<v
   for (; begin < end; begin += std::min(most, end - begin)) out(piece(begin, std::min(most, end - begin)));
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

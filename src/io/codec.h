@@ -19,7 +19,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 // Vertices and attribute values of a mesh that its file does not contain.
 struct VertexEdits {
@@ -258,4 +258,4 @@ extern const Codec ply_codec, obj_codec, glb_codec, gltf_codec, stl_codec, off_c
 extern const Codec xyz_codec, pcd_codec, ptx_codec, splat_codec, spz_codec;
 extern const Codec su2_codec, gmsh_codec, foam_codec, nastran_codec, abaqus_codec, unv_codec;
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

@@ -153,7 +153,7 @@ void sync_folder(const std::filesystem::path& folder) {
 }  // namespace
 }  // namespace knead
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 #if defined(__EMSCRIPTEN__)
 
@@ -281,7 +281,7 @@ std::optional<std::string> AppendFile::trouble() const {
   return std::generic_category().message(error);
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail
 
 namespace knead {
 

@@ -14,7 +14,7 @@
 #include <array>
 #include <limits>
 
-namespace knead::io_detail {
+namespace knead::detail {
 namespace {
 
 constexpr int kGzipWindow = 15 + 16;  // the largest window, and a header after RFC 1952
@@ -93,11 +93,11 @@ std::string inflate_bytes(std::string_view bytes, const std::string& name) {
 }
 std::optional<std::string> deflate_bytes(std::string_view bytes) { return deflated(bytes, kBareWindow); }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail
 
 #else
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 [[noreturn]] static void refuse_gzip(const std::string& name) {
   throw InvalidInput(Place{name},
@@ -112,15 +112,15 @@ std::string inflate_bytes(std::string_view, const std::string& name) {
 }
 std::optional<std::string> deflate_bytes(std::string_view) { return std::nullopt; }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail
 
 #endif
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 bool is_gzip_name(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   return extension == kGzip || extension == ".GZ";
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

@@ -10,7 +10,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -280,4 +280,4 @@ Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const
   return mesh;
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

@@ -18,7 +18,7 @@
 #include "knead/vec.h"
 #include "math/system.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 // Returns the factor that scales a value of a color to the range from 0 to 1.
 inline double unit_scale(NumberType type) {
@@ -242,4 +242,4 @@ class RoomAhead {
   std::optional<std::size_t> begin_;  // where in the file the first item was
 };
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

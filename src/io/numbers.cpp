@@ -9,7 +9,7 @@
 
 #include "io/text.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 void append_decimals(std::string& text, double value, std::optional<int> decimals) {
   if (!decimals) return append_real(text, value);
@@ -42,7 +42,7 @@ std::optional<int> direction_decimals(std::optional<int> decimals) {
   return decimals ? std::optional(std::max(*decimals, least)) : std::nullopt;
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail
 
 #if !defined(KNEAD_STD_FLOAT_CHARS)
 
@@ -55,7 +55,7 @@ std::optional<int> direction_decimals(std::optional<int> decimals) {
 #include <string>
 #include <string_view>
 
-namespace knead::io_detail {
+namespace knead::detail {
 namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -200,11 +200,11 @@ std::to_chars_result float_to_chars(char* first, char* last, double value, Float
   return put(first, last, {text, static_cast<std::size_t>(size)});
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail
 
 #endif
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 constexpr std::string_view kBase64Digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
@@ -247,4 +247,4 @@ std::string to_base64(std::string_view bytes) {
   return text;
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

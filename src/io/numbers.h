@@ -21,7 +21,7 @@
 #include "knead/vec.h"
 #include "math/system.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 // Calls visit(T{}) for the C++ type that a number type stands for. What follows holds for every Type with a visit_type.
 template <class Visit>
@@ -117,7 +117,7 @@ template <class Visit>
 decltype(auto) visit_type(StoredType type, Visit visit) {
   if (type == StoredType::int64) return visit(std::int64_t{});
   if (type == StoredType::uint64) return visit(std::uint64_t{});
-  return io_detail::visit_type(number_type(type), visit);
+  return visit_type(number_type(type), visit);
 }
 
 inline bool is_integer(StoredType type) { return type != StoredType::float32 && type != StoredType::float64; }
@@ -128,7 +128,7 @@ inline double nearest_of(StoredType type, double value) {
   constexpr double below_2_64 = 0x1p64 - 0x1p11;
   if (type == StoredType::int64) return std::clamp(std::round(value), -0x1p63, below_2_63);
   if (type == StoredType::uint64) return std::clamp(std::round(value), 0.0, below_2_64);
-  return io_detail::nearest_of(number_type(type), value);
+  return nearest_of(number_type(type), value);
 }
 
 inline bool fits_floats(const Vec3d& p) { return fits_float(p.x) && fits_float(p.y) && fits_float(p.z); }
@@ -177,7 +177,7 @@ int decimals_in(std::string_view word);
 // Returns the decimals of unit vectors' components, given those of coordinates: the same, but at least six.
 std::optional<int> direction_decimals(std::optional<int> decimals);
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail
 
 // std::from_chars and std::to_chars for float and double, also where the standard library has them for integers only
 // (libc++). Both give the same results, to the character and bit for bit.
@@ -186,7 +186,7 @@ std::optional<int> direction_decimals(std::optional<int> decimals);
 #define KNEAD_STD_FLOAT_CHARS
 #endif
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 #if defined(KNEAD_STD_FLOAT_CHARS)
 
@@ -292,4 +292,4 @@ class Splice {
   std::size_t copied_ = 0;
 };
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

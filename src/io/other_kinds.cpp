@@ -5,7 +5,7 @@
 #include "io/codec.h"
 #include "io/text.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 namespace {
 
 // What files of a kind that is not read begin with.
@@ -137,4 +137,4 @@ std::optional<std::string> other_kind(std::string_view head, std::size_t size, s
          std::string(own);
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

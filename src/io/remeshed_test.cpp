@@ -27,8 +27,8 @@ ShapeFile through(const ShapeFile& source, const Remade& remade, const WriteOpti
 
 // As serialize_remeshed, also where nothing changed.
 std::string written_anew(const ShapeFile& source, const Remade& remade) {
-  const io_detail::NewMesh shape{source, remade.mesh, remade.face_source};
-  return io_detail::codec_named(source.format, "source").remeshed(shape, {});
+  const detail::NewMesh shape{source, remade.mesh, remade.face_source};
+  return detail::codec_named(source.format, "source").remeshed(shape, {});
 }
 
 std::vector<ShapeFile> samples_with_faces() {
@@ -234,8 +234,8 @@ TEST(Remeshed, ObjMaterialFilesAreFoundAsBefore) {
   EXPECT_EQ(copy_material_files(shape, folder / "a.obj", folder / "to/b.obj").size(), 1u);
   const ShapeFile back = read_shape(folder / "to/b.obj");
   expect_remade(shape, remade, back, 0);
-  EXPECT_EQ(io_detail::layout_of<io_detail::obj::Layout>(back).material_files,
-            io_detail::layout_of<io_detail::obj::Layout>(shape).material_files);
+  EXPECT_EQ(detail::layout_of<detail::obj::Layout>(back).material_files,
+            detail::layout_of<detail::obj::Layout>(shape).material_files);
   std::filesystem::remove_all(folder);
 }
 
@@ -275,8 +275,8 @@ TEST(Remeshed, OffKeepsItsKeywordAndOrder) {
   for (const std::endian order : {std::endian::big, std::endian::little}) {
     const ShapeFile binary = parse_shape(binary_off_sample(order, order == std::endian::big), "off", "a.off");
     const ShapeFile back = through(binary, split_all(binary.mesh));
-    EXPECT_EQ(io_detail::layout_of<io_detail::off::Layout>(back).order, order);
-    EXPECT_EQ(io_detail::layout_of<io_detail::off::Layout>(back).color_counts, order == std::endian::big);
+    EXPECT_EQ(detail::layout_of<detail::off::Layout>(back).order, order);
+    EXPECT_EQ(detail::layout_of<detail::off::Layout>(back).color_counts, order == std::endian::big);
   }
   const ShapeFile ended = parse_shape(binary_off_sample(std::endian::big, true) + "\x01\x02", "off", "a.off");
   EXPECT_EQ(text_of(remesh_losses("a.off", ended)),

@@ -14,24 +14,13 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 #include "knead/vec.h"
 #include "math/system.h"
 
 namespace knead {
 namespace {
 
-using io_detail::are_floats;
-using io_detail::ByteSink;
-using io_detail::Codec;
-using io_detail::codec_named;
-using io_detail::has_unit_colors;
-using io_detail::moved_mesh;
-using io_detail::moved_normals;
-using io_detail::NewMesh;
-using io_detail::SourceBytes;
-using io_detail::SourceFile;
-using io_detail::with_unit_colors;
+using namespace detail;
 
 constexpr std::string_view kFoamPoints = "points";  // the name of OpenFOAM's files, which have no extension
 constexpr double kCoarse = 0.01;                    // of the mean edge
@@ -46,7 +35,7 @@ bool is_device(const std::filesystem::path& path) {
 // Returns true if the bytes of a file are on a disk, as they will be parsed.
 bool is_plain_file(const std::filesystem::path& path) {
   std::error_code error;
-  return std::filesystem::is_regular_file(path, error) && !io_detail::is_gzip_name(path);
+  return std::filesystem::is_regular_file(path, error) && !detail::is_gzip_name(path);
 }
 
 // Names a file of points that a folder of OpenFOAM has.
@@ -82,7 +71,7 @@ std::string read_bytes(const std::filesystem::path& path) {
   std::array<char, 1 << 16> block{};
   while ((count = std::fread(block.data(), 1, block.size(), file.get())) > 0) bytes.append(block.data(), count);
   if (std::ferror(file.get()) != 0) fail(errno);
-  return io_detail::is_gzip_name(path) ? io_detail::unzipped(bytes, path.string()) : bytes;
+  return detail::is_gzip_name(path) ? detail::unzipped(bytes, path.string()) : bytes;
 }
 
 void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) {
@@ -147,7 +136,7 @@ double mean_edge(const Mesh& mesh) {
 // With three digits.
 std::string short_number(double value) {
   char buffer[32];
-  const auto result = io_detail::float_to_chars(buffer, buffer + sizeof buffer, value, io_detail::kGeneral, 3);
+  const auto result = detail::float_to_chars(buffer, buffer + sizeof buffer, value, detail::kGeneral, 3);
   return {buffer, result.ptr};
 }
 
@@ -171,7 +160,7 @@ std::string spacing_note(const Mesh& mesh) {
 
 // Adds what a user of the shape should know about what it is.
 void add_notes(const Mesh& mesh, std::vector<std::string>& notes) {
-  if (are_splats(mesh)) notes.push_back(io_detail::splat_note(mesh));
+  if (are_splats(mesh)) notes.push_back(detail::splat_note(mesh));
   if (std::string note = stray_note(mesh); !note.empty()) notes.push_back(std::move(note));
 }
 
@@ -222,11 +211,11 @@ void require_held(const Codec& codec, const Mesh& mesh, const std::string& file)
 // than its name says, is refused for that.
 template <class Read>
 auto read_as(const Codec& codec, const std::string& head, std::size_t size, const std::string& name, const Read& read) {
-  io_detail::text_begin(head, name);
+  detail::text_begin(head, name);
   try {
     return read();
   } catch (const InvalidInput&) {
-    if (const auto other = io_detail::other_kind(head, size, codec.name)) throw InvalidInput(Place{name}, *other);
+    if (const auto other = detail::other_kind(head, size, codec.name)) throw InvalidInput(Place{name}, *other);
     throw;
   }
 }
@@ -240,9 +229,9 @@ std::string head_of(const SourceFile& file) {
 // Returns the codec that the path's extension names. Throws InvalidInput that lists the known ones.
 const Codec& codec_of(const std::filesystem::path& path) {
   std::string extension = shape_suffix(path);
-  if (io_detail::is_gzip_name(path)) extension.resize(extension.size() - io_detail::kGzip.size());
+  if (detail::is_gzip_name(path)) extension.resize(extension.size() - detail::kGzip.size());
   if (!extension.empty()) extension.erase(0, 1);
-  return io_detail::codec_with_extension(io_detail::lower(extension), path.string());
+  return detail::codec_with_extension(detail::lower(extension), path.string());
 }
 
 // A shape of a file that is not read yet.
@@ -265,7 +254,7 @@ ShapeFile read_beside(const Codec& codec, const std::filesystem::path& path) {
 void write_bytes(const Codec& codec, const std::filesystem::path& path, const ShapeFile& source,
                  const std::string& bytes) {
   const bool has_others = codec.name == source.format && codec.write != nullptr;
-  has_others ? codec.write(path, source, bytes) : io_detail::write_new_file(path, bytes);
+  has_others ? codec.write(path, source, bytes) : detail::write_new_file(path, bytes);
 }
 
 // The options with doubles where the positions are no floats.
@@ -323,7 +312,7 @@ bool is_unchanged(const NewMesh& shape) {
 
 }  // namespace
 
-std::string io_detail::splat_note(const Mesh& splats) {
+std::string detail::splat_note(const Mesh& splats) {
   try {
     return "Gaussian splats with spherical harmonics of degree " + std::to_string(splat_degree(splats));
   } catch (const InvalidInput& error) {
@@ -331,20 +320,20 @@ std::string io_detail::splat_note(const Mesh& splats) {
   }
 }
 
-std::string io_detail::bytes_of_file(const std::filesystem::path& path) { return read_bytes(path); }
+std::string detail::bytes_of_file(const std::filesystem::path& path) { return read_bytes(path); }
 
-void io_detail::write_new_file(const std::filesystem::path& path, const std::string& bytes) {
+void detail::write_new_file(const std::filesystem::path& path, const std::string& bytes) {
   write_file_atomically(path, is_gzip_name(path) ? zipped(bytes, path.string()) : bytes);
 }
 
-std::filesystem::path io_detail::folder_of(const std::filesystem::path& path) {
+std::filesystem::path detail::folder_of(const std::filesystem::path& path) {
   const std::filesystem::path parent = path.parent_path();
   return parent.empty() ? std::filesystem::path(".") : parent;
 }
 
 std::vector<std::string_view> written_extensions(bool has_faces) {
   std::vector<std::string_view> extensions;
-  for (const Codec* codec : io_detail::codecs()) {
+  for (const Codec* codec : detail::codecs()) {
     const bool is_held = codec->generate != nullptr && !codec->is_for_splats &&
                          (has_faces ? codec->remeshed != nullptr : !codec->needs_faces);
     if (is_held) extensions.push_back(codec->name);
@@ -354,7 +343,7 @@ std::vector<std::string_view> written_extensions(bool has_faces) {
 
 std::vector<std::string_view> shape_extensions() {
   std::vector<std::string_view> extensions;
-  for (const Codec* codec : io_detail::codecs()) {
+  for (const Codec* codec : detail::codecs()) {
     extensions.push_back(codec->name);
     extensions.insert(extensions.end(), codec->extensions.begin(), codec->extensions.end());
   }
@@ -362,7 +351,7 @@ std::vector<std::string_view> shape_extensions() {
 }
 
 std::string shape_suffix(const std::filesystem::path& path) {
-  if (io_detail::is_gzip_name(path)) return shape_suffix(path.stem()) + path.extension().string();
+  if (detail::is_gzip_name(path)) return shape_suffix(path.stem()) + path.extension().string();
   return path.filename() == kFoamPoints ? "." + std::string(kFoamPoints) : path.extension().string();
 }
 
@@ -394,7 +383,7 @@ ShapeFile parse_shape(std::string bytes, std::string_view format, const std::str
 
 std::string read_text(const std::filesystem::path& path) {
   std::string bytes = read_bytes(path);
-  bytes.erase(0, io_detail::text_begin(bytes, path.string()));
+  bytes.erase(0, detail::text_begin(bytes, path.string()));
   return bytes;
 }
 
@@ -454,8 +443,7 @@ void write_shape(const std::filesystem::path& path, const ShapeFile& source, std
                  const WriteOptions& options) {
   const Codec& codec = codec_of(path);
   const bool is_one_file = codec.write == nullptr || source.file;
-  if (codec.name == source.format && codec.rewrite_in_pieces != nullptr && is_one_file &&
-      !io_detail::is_gzip_name(path)) {
+  if (codec.name == source.format && codec.rewrite_in_pieces != nullptr && is_one_file && !detail::is_gzip_name(path)) {
     check(source, positions, options);
     std::optional<AtomicFile> file;  // from the first piece on: what is refused touches no file
     rewrite_in_pieces(codec, source, positions, options, [&](std::string_view piece) {
@@ -468,7 +456,7 @@ void write_shape(const std::filesystem::path& path, const ShapeFile& source, std
 }
 
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
-  io_detail::write_new_file(path, serialize_mesh(format_of(path), mesh, options));
+  detail::write_new_file(path, serialize_mesh(format_of(path), mesh, options));
 }
 
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source) {
@@ -505,7 +493,7 @@ std::optional<int> decimals_of(const ShapeFile& source) {
   std::optional<int> most;
   if (visit_coordinates == nullptr) return most;
   visit_coordinates(source,
-                    [&](std::string_view word) { most = std::max(most.value_or(0), io_detail::decimals_in(word)); });
+                    [&](std::string_view word) { most = std::max(most.value_or(0), detail::decimals_in(word)); });
   return most;
 }
 
@@ -555,9 +543,9 @@ std::vector<std::string> remesh_losses(const std::filesystem::path& path, const 
 std::vector<std::filesystem::path> copy_material_files(const ShapeFile& shape, const std::filesystem::path& source,
                                                        const std::filesystem::path& target,
                                                        std::vector<std::string>* notes) {
-  const std::filesystem::path from = io_detail::folder_of(source);
-  const std::filesystem::path to = io_detail::folder_of(target);
-  const Codec* const codec = io_detail::find_codec(shape.format);
+  const std::filesystem::path from = detail::folder_of(source);
+  const std::filesystem::path to = detail::folder_of(target);
+  const Codec* const codec = detail::find_codec(shape.format);
   std::error_code error;
   if (codec == nullptr || codec->copy_beside == nullptr || std::filesystem::equivalent(from, to, error)) return {};
   return codec->copy_beside(shape, from, to, [&](std::string_view text) {

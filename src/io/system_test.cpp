@@ -38,9 +38,9 @@ TEST_F(System, BytesStayAsTheyAre) {
   write_file_atomically(folder_ / "bytes", bytes);
   EXPECT_EQ(file_bytes(folder_ / "bytes"), bytes);
   std::string read(bytes.size(), ' ');
-  io_detail::SourceFile(folder_ / "bytes").read(0, read);
+  detail::SourceFile(folder_ / "bytes").read(0, read);
   EXPECT_EQ(read, bytes);
-  { io_detail::AppendFile(folder_ / "bytes").append("\nmore\x1a\n"); }
+  { detail::AppendFile(folder_ / "bytes").append("\nmore\x1a\n"); }
   EXPECT_EQ(file_bytes(folder_ / "bytes"), bytes + "\nmore\x1a\n");
 }
 
@@ -48,7 +48,7 @@ TEST_F(System, AFileThatIsBeingReadIsReplaced) {
   const fs::path path = folder_ / "shape";
   write_file_atomically(path, "old");
   {
-    const io_detail::SourceFile open(path);
+    const detail::SourceFile open(path);
     write_file_atomically(path, "newer");
     EXPECT_EQ(file_bytes(path), "newer");
     std::string read(3, ' ');
@@ -60,17 +60,17 @@ TEST_F(System, AFileThatIsBeingReadIsReplaced) {
 
 TEST_F(System, WhatIsLockedCanBeReadAndNotLockedAgain) {
   const fs::path path = folder_ / "journal";
-  io_detail::AppendFile file(path);
+  detail::AppendFile file(path);
   file.append("line\n");
   EXPECT_EQ(file_bytes(path), "line\n");
-  EXPECT_THROW(io_detail::AppendFile{path}, std::exception);
+  EXPECT_THROW(detail::AppendFile{path}, std::exception);
   EXPECT_EQ(file_bytes(path), "line\n");
 }
 
 TEST_F(System, AnAppendedFileCanBeCut) {
   const fs::path path = folder_ / "journal";
   write_file_atomically(path, "whole\ntorn");
-  io_detail::AppendFile file(path);
+  detail::AppendFile file(path);
   file.cut(6);
   file.append("next\n");
   file.sync();
@@ -99,7 +99,7 @@ TEST_F(System, PlacesBeyondFourGigabytesAreRead) {
     file << "end";
     if (!file.flush()) GTEST_SKIP() << "no space for 4 GB";
   }
-  const io_detail::SourceFile file(path);
+  const detail::SourceFile file(path);
   EXPECT_EQ(file.size(), begin + 3);
   std::string read(3, ' ');
   file.read(begin, read);
@@ -109,7 +109,7 @@ TEST_F(System, PlacesBeyondFourGigabytesAreRead) {
 TEST_F(System, AFolderWithAnOpenFileMovesWhereItSaysSo) {
   const fs::path from = folder_ / "from";
   fs::create_directory(from);
-  const io_detail::AppendFile open(from / "file");
+  const detail::AppendFile open(from / "file");
   const bool moved = ::rename(from.c_str(), (folder_ / "to").c_str()) == 0;
   EXPECT_TRUE(moved || !kMovesOpenFolders);  // Wine moves what Windows does not
 }

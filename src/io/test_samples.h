@@ -147,7 +147,7 @@ inline std::string binary_off_sample(std::endian order, bool colors) {
   std::string bytes = "OFF BINARY\n";
   const auto put = [&](auto value) {
     static_assert(sizeof value == 4);
-    const auto stored = order == std::endian::native ? value : io_detail::swap_bytes(value);
+    const auto stored = order == std::endian::native ? value : detail::swap_bytes(value);
     bytes.append(reinterpret_cast<const char*>(&stored), sizeof stored);
   };
   for (const std::int32_t count : {4, 3, 0}) put(count);
@@ -319,7 +319,7 @@ inline std::vector<Sample> ptx_samples() {
 // The parts of a GLB file as text, with the buffer as a data URI.
 inline std::string embedded(const GlbFile& file, int indent = 1) {
   GlbJson json = file.json;
-  json["buffers"][0] = {{"uri", "data:application/octet-stream;base64," + io_detail::to_base64(file.bin)},
+  json["buffers"][0] = {{"uri", "data:application/octet-stream;base64," + detail::to_base64(file.bin)},
                         {"byteLength", file.bin.size()}};
   return json.dump(indent) + "\n";
 }
@@ -332,7 +332,7 @@ inline std::vector<Sample> gltf_samples() {
   two.json["buffers"] = GlbJson::array();
   const std::string tail = two.bin.substr(48);
   for (const std::string& part : {two.bin.substr(0, 48), tail}) {
-    two.json["buffers"].push_back({{"byteLength", part.size()}, {"uri", "data:;base64," + io_detail::to_base64(part)}});
+    two.json["buffers"].push_back({{"byteLength", part.size()}, {"uri", "data:;base64," + detail::to_base64(part)}});
   }
   for (std::size_t v = 1; v < two.json["bufferViews"].size(); ++v) {
     GlbJson& view = two.json["bufferViews"][v];
@@ -447,7 +447,7 @@ inline std::string threemf_file(std::vector<std::pair<std::string, std::string>>
                      "<Relationships><Relationship Type=\"http://schemas.microsoft.com/3dmanufacturing/"
                      "2013/01/3dmodel\" Target='/" +
                          model + "'/></Relationships>");
-  return io_detail::zip::archive_of(parts);
+  return detail::zip::archive_of(parts);
 }
 
 inline std::string threemf_mesh(const std::string& triangles) {

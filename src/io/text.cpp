@@ -10,7 +10,7 @@
 
 #include "io/numbers.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -204,4 +204,4 @@ std::size_t TextCursor::whole(std::string_view word, std::size_t most, const cha
   return static_cast<std::size_t>(value);
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

@@ -13,7 +13,7 @@
 
 #include "knead/error.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 enum class ParseResult { ok, malformed, overflow };
 
@@ -183,4 +183,4 @@ class TextCursor {
   std::size_t word_begin_ = 0;
 };
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

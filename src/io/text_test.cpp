@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <random>
 
-namespace knead::io_detail::text_test {
+namespace knead::detail::text_test {
 namespace {
 
 TEST(ParseReal, Table) {
@@ -86,4 +86,4 @@ TEST(InQuotes, IsShortAndPrintable) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail::text_test
+}  // namespace knead::detail::text_test

@@ -139,4 +139,27 @@ Mat3d log_strain(const Mat3d& m) {
   return (v + inverse(v) * -1.0) * 0.5;
 }
 
+void detail::orthogonalise(std::array<Vec3d, 3>& m) {
+  constexpr int kMaxSweeps = 30;
+  constexpr double kOrthogonal = 1e-15;  // of the lengths' product
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    bool is_done = true;
+    for (const auto& [i, k] : {std::array{0, 1}, std::array{0, 2}, std::array{1, 2}}) {
+      const double a = norm2(m[i]);
+      const double b = norm2(m[k]);
+      const double c = dot(m[i], m[k]);
+      if (!(std::abs(c) > kOrthogonal * std::sqrt(a * b))) continue;
+      is_done = false;
+      const double zeta = (b - a) / (2 * c);
+      const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::sqrt(1 + zeta * zeta));
+      const double cosine = 1 / std::sqrt(1 + t * t);
+      const Vec3d x = m[i];
+      const Vec3d y = m[k];
+      m[i] = (x - y * t) * cosine;
+      m[k] = (y + x * t) * cosine;
+    }
+    if (is_done) return;
+  }
+}
+
 }  // namespace knead

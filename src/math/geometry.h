@@ -1,5 +1,5 @@
 // The order of points along a space-filling curve, in which neighbours in space are mostly neighbours; and rays that
-// meet triangles exactly; inverses and polar factors of 3x3 matrices.
+// meet triangles exactly; inverses and polar factors of 3x3 matrices; rotations as quaternions.
 #pragma once
 
 #include <algorithm>
@@ -125,5 +125,30 @@ Mat3d nearest_rotation(const Mat3d& m);
 // Returns the logarithm of V of m = V R, where V is symmetric, to third order: the strain of a deformation, in the
 // directions after it. The determinant of m must be above 0.
 Mat3d log_strain(const Mat3d& m);
+
+namespace detail {
+
+// A rotation: a unit quaternion.
+struct Quaternion {
+  double w = 1;
+  Vec3d v{0, 0, 0};  // the axis times the sine of half the angle
+};
+
+// Returns a after b, the inverse rotation, and the rotated vector.
+inline Quaternion operator*(const Quaternion& a, const Quaternion& b) {
+  return {a.w * b.w - dot(a.v, b.v), b.v * a.w + a.v * b.w + cross(a.v, b.v)};
+}
+inline Quaternion inverse(const Quaternion& q) { return {q.w, -q.v}; }
+inline Vec3d operator*(const Quaternion& q, const Vec3d& p) {
+  const Vec3d t = cross(q.v, p) * 2.0;
+  return p + t * q.w + cross(q.v, t);
+}
+
+// Rotates the vectors, in pairs, until they are orthogonal to each other: M V = U S for the columns of a matrix M.
+// Turns by at most 45 degrees each time, so that vectors stay near those that they were. Method: one-sided Jacobi
+// rotations.
+void orthogonalise(std::array<Vec3d, 3>& m);
+
+}  // namespace detail
 
 }  // namespace knead

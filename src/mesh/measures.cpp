@@ -212,10 +212,6 @@ std::size_t count_components(const Mesh& mesh, std::size_t unused_vertices) {
   return roots - unused_vertices;  // each unused vertex is a set of its own
 }
 
-std::string counted(std::size_t count, const char* one, const char* many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
-
 VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions, const Box& box) {
   const Vec3d origin = box.empty() ? Vec3d{} : box.center();
   double volume6 = 0;
@@ -459,7 +455,7 @@ std::optional<double> volume_change(const VolumeAndArea& before, double after) {
 std::vector<std::string> describe_defects(const Measures& m) {
   std::vector<std::string> list;
   const auto say = [&](std::size_t count, const char* one, const char* many) {
-    if (count > 0) list.push_back(counted(count, one, many));
+    if (count > 0) list.push_back(fmt::format("{} {}", count, count == 1 ? one : many));
   };
   if (m.faces > 0) say(m.unused_vertices, "vertex is in no face", "vertices are in no face");
   say(m.boundary_edges, "edge has only one face (the mesh is open)", "edges have only one face (the mesh is open)");

@@ -7,10 +7,8 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 #include "knead/error.h"
@@ -236,11 +234,11 @@ class Assembly {
 
  private:
   std::function<bool(const LatticeCell&)> kept_nodes() const {
-    if (!body_.reach) return {};
+    if (!body_.accepts) return {};
     return [this](const LatticeCell& node) {
       const Vec3d place = lattice_.origin + Vec3d(node[0], node[1], node[2]) * lattice_.spacing;
       const Vec3d support = Vec3d{2, 2, 2} * lattice_.spacing;
-      return body_.reach(Box{place - support, place + support});
+      return body_.accepts(Box{place - support, place + support});
     };
   }
 

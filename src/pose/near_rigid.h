@@ -14,7 +14,6 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,7 +35,7 @@ struct BodySamples {
   double growth_weight = 1.0 / 3;  // of div v; above 0. With 1/3 and a growth of 0 the whole strain counts
   std::vector<Mat3d> strain{};     // the wanted strains, symmetric; empty: 0
   // If given, only nodes whose support it accepts are unknown, so v is exactly 0 outside of these supports.
-  std::function<bool(const Box&)> reach{};
+  std::function<bool(const Box&)> accepts{};
 };
 
 // Points where velocities are wanted.

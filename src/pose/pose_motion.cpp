@@ -450,8 +450,6 @@ class PoseRun::Motion {
   PoseOutcome outcome_;
 };
 
-std::size_t pose_segments(const PoseProblem& problem) { return Schedule(problem).times().size() - 1; }
-
 PoseRun::PoseRun(PoseProblem problem) : motion_(std::make_unique<Motion>(std::move(problem))) {}
 PoseRun::PoseRun(PoseRun&&) noexcept = default;
 PoseRun& PoseRun::operator=(PoseRun&&) noexcept = default;

@@ -66,11 +66,8 @@ struct PoseOutcome {
   std::vector<Vec3d> places;          // their targets
 };
 
-// Returns the number of grids of the pose: none turns a part by more than 8 degrees, or moves it by more than 0.03 of
-// the diagonal, within 0.5 to 1.5 spacings. Extending a path only adds grids. Throws InvalidInput for more than 2000.
-std::size_t pose_segments(const PoseProblem& problem);
-
-// A pose in progress, with the present positions of the body, parts and pins.
+// A pose in progress, with the present positions of the body, parts and pins. No grid turns a part by more than 8
+// degrees, or moves it by more than 0.03 of the diagonal, within 0.5 to 1.5 spacings. Extending a path only adds grids.
 class PoseRun {
  public:
   explicit PoseRun(PoseProblem problem);
@@ -81,8 +78,8 @@ class PoseRun {
   ~PoseRun();
 
   // Moves all parts and pins to their targets, or as far as the problem's judge lets them: calls apply(grid) with each
-  // grid of the flow, in order, until it returns false. Throws InvalidInput if the equations cannot be solved, and
-  // Cancelled. Time: about 0.1 s for each grid of 2000 unknowns.
+  // grid of the flow, in order, until it returns false. Throws InvalidInput if the equations cannot be solved or
+  // need over 2000 grids, and Cancelled. Time: about 0.1 s for each grid of 2000 unknowns.
   PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply);
 
   // Gives parts and pins new targets. The lists have the same lengths, and hold the points as they were at the start.

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace knead::remesh_detail::best_step_test {
+namespace knead::detail::best_step_test {
 namespace {
 
 struct Planes {
@@ -72,4 +72,4 @@ TEST(BestStep, RaisesTheLeastNotThoseFarAbove) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail::best_step_test
+}  // namespace knead::detail::best_step_test

@@ -1,7 +1,6 @@
 // deform_cells(): interior points move until cells are good, and fixed ones do not.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>

@@ -10,7 +10,7 @@
 #include "remesh/improve.h"
 #include "remesh/improver.h"
 
-namespace knead::remesh_detail::crossing_guard_test {
+namespace knead::detail::crossing_guard_test {
 namespace {
 
 // Two balls inside each other, close together. The patch holds the faces above the equator.
@@ -90,7 +90,7 @@ TEST(CrossingGuard, AllowsAMoveExactlyIfNothingCrossesThenOrLessThanBefore) {
   int refused = 0;
   for (int i = 0; i < 300; ++i) {
     const auto v = static_cast<std::uint32_t>(random() % s.vertex_count());
-    if (s.has(v, kFixed)) continue;
+    if (s.has(v, kImmovable)) continue;
     const double x = by(random);
     const double y = by(random);
     const Vec3d d{x, y, by(random)};
@@ -124,7 +124,7 @@ TEST(CrossingGuard, ImprovingUnderItMakesNothingCross) {
     const double y = by(random);
     const Vec3d& p = s.after[v];
     const Vec3d d = normalized(p + Vec3d{x, y, by(random)}) * norm(p) - p;  // along the ball
-    if (s.has(v, kFixed) || !guard.allows_move({&v, 1}, d)) continue;
+    if (s.has(v, kImmovable) || !guard.allows_move({&v, 1}, d)) continue;
     s.after[v] += d;
     guard.update_around(v);
   }
@@ -227,4 +227,4 @@ TEST(CrossingSearch, OfSomeFacesFindsThePairsWithOneOfThem) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail::crossing_guard_test
+}  // namespace knead::detail::crossing_guard_test

@@ -2,7 +2,6 @@
 #include "remesh/crossings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -11,8 +10,9 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "mesh/edges.h"
+#include "mesh/predicates.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -330,4 +330,4 @@ void CrossingGuard::add(std::uint32_t face, std::uint32_t from) {
 
 void CrossingGuard::remove(std::uint32_t face) { obstacles_[obstacle_of_[face]].box = kNoBox; }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -10,10 +10,9 @@
 
 #include "knead/vec.h"
 #include "mesh/box_tree.h"
-#include "mesh/predicates.h"
 #include "remesh/patch.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // A face of a surface, or a proposed one, with the positions of its corners.
 struct PlacedFace {
@@ -145,4 +144,4 @@ class CrossingGuard {
   std::uint64_t max_tests_;
 };
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -17,7 +17,7 @@ namespace knead {
 
 namespace {
 
-using remesh_detail::VertexStar;
+using detail::VertexStar;
 
 constexpr std::size_t kSumGrain = 4096;
 constexpr std::size_t kVertexGrain = 16;

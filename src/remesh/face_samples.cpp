@@ -7,7 +7,7 @@
 #include <cmath>
 #include <span>
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -91,4 +91,4 @@ std::optional<std::vector<std::uint32_t>> FaceSamples::deviating_faces(double di
   return found;
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -10,7 +10,7 @@
 #include "knead/remesh.h"
 #include "knead/vec.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // Sample points inside large faces. Edges alone do not show what a small tool does in the middle of a face.
 class FaceSamples {
@@ -46,4 +46,4 @@ class FaceSamples {
   std::vector<Vec3d> after_;
 };
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -2,7 +2,6 @@
 #include "remesh/facets.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <queue>
@@ -12,7 +11,7 @@
 #include "mesh/edges.h"
 #include "remesh/improve.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -318,4 +317,4 @@ ImprovementCounts divide_flat_faces(Surface& s, const Improvement& improvement, 
   return FlatFaces(s, improvement, max_edge).divide();
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

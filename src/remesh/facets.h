@@ -9,7 +9,7 @@
 #include "knead/vec.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // Returns how far points of a plane may lie from it because their coordinates were rounded to float; a length.
 double plane_tolerance(std::span<const Vec3d> positions);
@@ -75,4 +75,4 @@ class FlatFlips {
   std::vector<std::uint32_t> unsettled_;
 };
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "knead/mesh.h"
 #include "knead/remesh.h"
@@ -85,7 +84,7 @@ TEST(FlatFaces, TheStripsOfARoundBarMeetAtCreases) {
   EXPECT_TRUE(find_creases(quad_torus(24, 12)).empty());  // its quadrilaterals are flat, too, but of a curved grid
 }
 
-TEST(FlatFaces, RemeshingAloneKeepsThemAndMendsThinTriangles) {
+TEST(FlatFaces, RemeshingAloneKeepsThemAndRepairsThinTriangles) {
   for (const double size : {1e-3, 1.0, 1e3}) {
     const Mesh mesh = plate(size);
     const double diagonal = bounding_box(mesh.positions).diagonal();

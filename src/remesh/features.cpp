@@ -14,7 +14,7 @@
 #include "remesh/patch.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -374,9 +374,9 @@ std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double ang
   return creases;
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail
 
 std::vector<knead::MeshEdge> knead::find_creases(const Mesh& mesh, double angle_deg) {
   validate(mesh);
-  return remesh_detail::find_creases_unless_cancelled(mesh, angle_deg, 0, nullptr);
+  return detail::find_creases_unless_cancelled(mesh, angle_deg, 0, nullptr);
 }

@@ -14,7 +14,7 @@
 #include "remesh/facets.h"
 #include "remesh/improver.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -26,7 +26,7 @@ constexpr int kMaxScaleRounds = 4;
 std::vector<bool> find_open(const Surface& s, const std::vector<bool>& locked) {
   std::vector<bool> open(s.vertex_count());
   for (std::uint32_t v = 0; v < open.size(); ++v) {
-    open[v] = s.has(v, kMoved) && !s.has(v, kFixed) && !(v < locked.size() && locked[v]);
+    open[v] = s.has(v, kMoved) && !s.has(v, kImmovable) && !(v < locked.size() && locked[v]);
   }
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     if (!s.edge_has(h, kFeature)) continue;
@@ -419,4 +419,4 @@ ImprovementCounts repair_triangles(Surface& surface, const Improvement& improvem
   return improver.counts();
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

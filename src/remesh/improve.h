@@ -11,7 +11,7 @@
 #include "remesh/refine.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // Moves vertices along the area vectors of their stars to add the volume `missing`. Returns the volume added.
 //
@@ -90,4 +90,4 @@ void spread_volume(Surface& surface, double volume, const std::vector<bool>& loc
 ImprovementCounts repair_crossings(Surface& surface, const Improvement& improvement,
                                    std::span<const std::uint32_t> faces);
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -10,7 +10,7 @@
 #include "remesh/improver.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail::improve_test {
+namespace knead::detail::improve_test {
 namespace {
 
 // A sphere whose vertices are moved randomly along it: bad triangles everywhere.
@@ -106,7 +106,7 @@ TEST(Improve, AMemoryOfTheSurfaceChangesNoBit) {
 
 TEST(Improve, FixedVerticesStay) {
   Surface s = stirred_ball();
-  for (std::uint32_t v = 0; v < s.vertex_count(); v += 2) s.set(v, kFixed);
+  for (std::uint32_t v = 0; v < s.vertex_count(); v += 2) s.set(v, kImmovable);
   const Surface was = s;
   improve(s, improvement());
   repair_crossings(s, improvement(), std::vector<std::uint32_t>{0, 1, 2, 3, 4});
@@ -124,7 +124,7 @@ TEST(Improve, WithoutRoundsNothingHappens) {
 }
 
 // Where creases keep every vertex and edge, thin triangles can only be split, which makes more of them.
-TEST(Mend, DoesNotSplitWithoutEndWhereNothingElseHelps) {
+TEST(Improve, DoesNotSplitWithoutEndWhereNothingElseHelps) {
   Surface s = stirred_ball();
   std::fill(s.edge_flags.begin(), s.edge_flags.end(), static_cast<std::uint8_t>(kFeature | kCrease));
   for (Vec3d& p : s.after) p.z *= 0.002;
@@ -151,4 +151,4 @@ TEST(Compensation, GivesBackWhatItIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail::improve_test
+}  // namespace knead::detail::improve_test

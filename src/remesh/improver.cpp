@@ -11,7 +11,7 @@
 #include "math/elementary.h"
 #include "remesh/crossings.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -97,7 +97,7 @@ Improver::Improver(Surface& surface, const Improvement& improvement)
       may_collapse_(improvement.may_collapse) {}
 
 bool Improver::is_open(std::uint32_t v) const {
-  return s_.has(v, kRegion) && !s_.has(v, kFixed) && !s_.has(v, kRemoved);
+  return s_.has(v, kRegion) && !s_.has(v, kImmovable) && !s_.has(v, kRemoved);
 }
 
 template <class Visit>
@@ -225,7 +225,7 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
   const std::uint32_t b = s_.target(h);
   std::vector<Merge> merges;
   // The faces of a fixed vertex outside the patch are unknown here, so nothing is merged into it.
-  if (s_.has(a, kFixed) || s_.has(b, kFixed)) return merges;
+  if (s_.has(a, kImmovable) || s_.has(b, kImmovable)) return merges;
   if (is_crowded(s_, a) || is_crowded(s_, b)) return merges;
   const auto add = [&](std::uint32_t e, double t) {
     Merge merge;
@@ -579,4 +579,4 @@ void Blocks::find_inner(const Surface& s) {
   }
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

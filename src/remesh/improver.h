@@ -11,7 +11,7 @@
 #include "remesh/improve.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // The limits of one change.
 struct Bounds {
@@ -36,7 +36,7 @@ class SurfaceMemory {
   // Returns quality(s, f, s.after). Several threads may ask for faces that are known.
   double quality(const Surface& s, std::size_t f) {
     double& known = quality_[f];
-    if (known < 0) known = remesh_detail::quality(s, f, s.after);
+    if (known < 0) known = detail::quality(s, f, s.after);
     return known;
   }
 
@@ -217,4 +217,4 @@ class Blocks {
   std::vector<std::uint8_t> inner_;   // of each vertex: 1 if its neighbours are in its block
 };
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -11,7 +11,7 @@
 #include "knead/vec.h"
 #include "remesh/patch.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -225,4 +225,4 @@ Remeshed merge_patch(const Mesh& before, std::span<const Vec3d> after, const Pat
   return Assembly(before, after, patch, places, progress).run();
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

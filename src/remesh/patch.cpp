@@ -14,7 +14,7 @@
 #include "knead/vec.h"
 #include "remesh/face_samples.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -343,7 +343,7 @@ void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, cons
   const std::vector<std::uint8_t> on_border = border_of(mesh, number, patch, options.threads);
   for (std::size_t v = 0; v < on_border.size(); ++v) {
     const bool is_held = !options.held.empty() && options.held[patch.vertex_source[v]] != 0;
-    if (on_border[v] != 0 || is_held) s.set(static_cast<std::uint32_t>(v), kFixed);
+    if (on_border[v] != 0 || is_held) s.set(static_cast<std::uint32_t>(v), kImmovable);
   }
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     if ((on_border[s.origin(h)] & on_border[s.target(h)]) != 0) s.set_edge(h, kLocked);
@@ -400,4 +400,4 @@ Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Defo
   return patch;
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

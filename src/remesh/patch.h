@@ -11,7 +11,7 @@
 #include "remesh/improve.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // A face of the mesh with the same vertices as another one. The surface holds only `kept`; `other` is divided alike.
 struct EqualFace {
@@ -84,4 +84,4 @@ using Improve = std::function<ImprovementCounts(Surface& surface, const Improvem
 Remeshed remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                      const RemeshOptions& options, const Improve& improve, MorePlaces& places);
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

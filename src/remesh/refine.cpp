@@ -14,7 +14,7 @@
 #include "remesh/face_samples.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -480,4 +480,4 @@ Refinement::Round Refinement::split_round(const std::vector<bool>& forced) {
   return Round::split;
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -16,7 +16,7 @@
 #include "remesh/facets.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // The time after which a remesh ends with the best surface so far, counted from construction. Several threads may ask.
 class Deadline {
@@ -131,4 +131,4 @@ class Refinement {
   std::size_t flips_ = 0;
 };
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -13,7 +13,7 @@
 #include "math/elementary.h"
 #include "remesh/surface.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // The vertices that a dab may move, then those around them; and the triangles at the vertices that may move.
 struct RelaxPatch {
@@ -486,4 +486,4 @@ std::vector<std::uint32_t> Relaxer::vertices_within(const RelaxDab& dab) const {
 
 void Relaxer::apply(const RelaxDab& dab) { Patch(*this, dab).run(dab); }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -11,7 +11,7 @@
 #include "knead/remesh.h"
 #include "knead/vec.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // The topology of a mesh that relaxing needs; it does not depend on positions.
 struct RelaxTopology {
@@ -83,4 +83,4 @@ class Relaxer {
   std::vector<std::uint32_t> triangle_number_;
 };
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -25,7 +25,7 @@ namespace knead {
 
 namespace {
 
-using namespace remesh_detail;
+using namespace detail;
 
 constexpr int kMaxRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMaxRepairRounds = 4;
@@ -489,8 +489,8 @@ double greatest_distance_between(const Mesh& before, const Remeshed& after, cons
 
 }  // namespace
 
-Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                                    const RemeshOptions& options, const Improve& improve, MorePlaces& places) {
+Remeshed detail::remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                             const RemeshOptions& options, const Improve& improve, MorePlaces& places) {
   if (!options.assume_valid) validate(before);
   if (after.size() != before.vertex_count()) {
     throw InvalidInput("give as many positions after the deformation as the mesh has vertices");

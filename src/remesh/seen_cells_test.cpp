@@ -10,7 +10,7 @@
 #include "knead/cells.h"
 #include "knead/mesh.h"
 
-namespace knead::remesh_detail::seen_cells_test {
+namespace knead::detail::seen_cells_test {
 namespace {
 
 class Corners {
@@ -81,4 +81,4 @@ TEST(SeenCells, AreZeroWithoutEdges) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail::seen_cells_test
+}  // namespace knead::detail::seen_cells_test

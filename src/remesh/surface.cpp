@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -67,8 +67,8 @@ void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
     edges.push_back(append_edge(s, kFeature | kBoundary));
     set_edge(s, h, edges.back());
     if (uses.size() == 1) return;
-    s.set(s.origin(h), kFixed);
-    s.set(s.target(h), kFixed);
+    s.set(s.origin(h), kImmovable);
+    s.set(s.target(h), kImmovable);
   }
   join_copies(s, edges);
 }
@@ -109,7 +109,7 @@ void fix_pinched(Surface& s) {
     if (s.outgoing[v] == kNone) continue;
     std::uint32_t in_fan = 0;
     s.for_each_outgoing(v, [&](std::uint32_t) { ++in_fan; });
-    if (in_fan != faces[v]) s.set(v, kFixed);
+    if (in_fan != faces[v]) s.set(v, kImmovable);
   }
 }
 
@@ -271,7 +271,7 @@ std::uint32_t split(Surface& s, std::uint32_t h, const Vec3d& before, const Vec3
     split_at(s, h, m);
     return m;
   }
-  s.set(m, kFixed);
+  s.set(m, kImmovable);
   std::array<std::vector<std::uint32_t>, 2> halves;  // the edges at a, and those at b
   s.for_each_copy(s.edge[h], [&](std::uint32_t near) {
     const std::uint32_t g = s.halfedge[near];
@@ -488,7 +488,7 @@ double Star::least() const {
   if (!(known > 2 * kMinReliableQuality)) return quality_at(position_, {}, -2);
   double least = kInfinity;
   for (const Face& face : faces_) {
-    if (face.quality <= known + margin) least = std::min(least, remesh_detail::quality(position_, face.b, face.c));
+    if (face.quality <= known + margin) least = std::min(least, detail::quality(position_, face.b, face.c));
   }
   return least;
 }
@@ -506,9 +506,9 @@ bool is_crowded(const Surface& s, std::uint32_t v) {
 }
 
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w) {
-  if (s.has(v, kFixed)) std::swap(v, w);
-  bool found = s.has(v, kFixed);
+  if (s.has(v, kImmovable)) std::swap(v, w);
+  bool found = s.has(v, kImmovable);
   s.for_each_outgoing(v, [&](std::uint32_t h) { found = found || s.target(h) == w || s.apex(h) == w; });
   return found;
 }
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -15,7 +15,7 @@
 #include "knead/vec.h"
 #include "math/elementary.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
@@ -42,10 +42,10 @@ enum EdgeFlag : std::uint8_t {
 };
 
 enum VertexFlag : std::uint8_t {
-  kFixed = 1,    // must not be moved or removed
-  kMoved = 2,    // the deformation moves the surface there
-  kRegion = 4,   // triangles here may be improved
-  kRemoved = 8,  // by a collapse
+  kImmovable = 1,  // must not be moved or removed
+  kMoved = 2,      // the deformation moves the surface there
+  kRegion = 4,     // triangles here may be improved
+  kRemoved = 8,    // by a collapse
 };
 
 // A half-edge mesh of triangles. Half-edge 3 f + i of face f goes from its corner i to the next corner. The corners of
@@ -275,4 +275,4 @@ bool is_crowded(const Surface& s, std::uint32_t v);
 // Returns true if an edge joins the two vertices, or might join them outside the patch because both are fixed.
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w);
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
 #include <random>
 #include <set>
 
@@ -13,7 +12,7 @@
 #include "remesh/facets.h"
 #include "remesh/patch.h"
 
-namespace knead::remesh_detail::surface_test {
+namespace knead::detail::surface_test {
 namespace {
 
 Surface surface_of(const Mesh& mesh) {
@@ -174,14 +173,14 @@ TEST(Surface, EdgesOfThreeFacesAndOnesThatDisagreeAreSplitAtOneVertex) {
   Surface s = surface_of(mesh);
   EXPECT_TRUE(s.edge_has(0, kBoundary));
   EXPECT_TRUE(s.has_copies(s.edge[0]));
-  EXPECT_TRUE(s.has(0, kFixed));
-  EXPECT_TRUE(s.has(1, kFixed));
-  EXPECT_FALSE(s.has(2, kFixed));
+  EXPECT_TRUE(s.has(0, kImmovable));
+  EXPECT_TRUE(s.has(1, kImmovable));
+  EXPECT_FALSE(s.has(2, kImmovable));
   EXPECT_FALSE(s.has_copies(s.edge[1]));
   // Twice: each half is again an edge of three faces.
   const std::uint32_t m = split(s, 3, {0.5, 0, 0}, {0.5, 0, 0});
   EXPECT_EQ(s.face_count(), 6u);
-  EXPECT_TRUE(s.has(m, kFixed));
+  EXPECT_TRUE(s.has(m, kImmovable));
   const std::uint32_t h = s.halfedge[s.edge[0]];
   const std::uint32_t n = split(s, h, {0.25, 0, 0}, {0.25, 0, 0});
   EXPECT_EQ(s.face_count(), 9u);
@@ -262,4 +261,4 @@ TEST(Surface, LengthsForEdgesComeFromAllEdges) {
 }
 
 }  // namespace
-}  // namespace knead::remesh_detail::surface_test
+}  // namespace knead::detail::surface_test

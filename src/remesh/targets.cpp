@@ -154,10 +154,10 @@ void validate(const RemeshSettings& settings) {
 RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh) {
   validate(settings);
   validate(mesh);
-  return remesh_detail::resolve_on(settings, mesh, 0);
+  return detail::resolve_on(settings, mesh, 0);
 }
 
-RemeshTargets remesh_detail::resolve_on(const RemeshSettings& settings, const Mesh& mesh, int threads) {
+RemeshTargets detail::resolve_on(const RemeshSettings& settings, const Mesh& mesh, int threads) {
   const double diagonal = shape_box(mesh).diagonal();
   RemeshTargets targets;
   targets.max_angle = settings.max_angle_deg.value_or(kDefaultMaxAngleDeg) * std::numbers::pi / 180;

@@ -5,18 +5,17 @@
 #include <array>
 #include <cmath>
 #include <span>
-#include <vector>
 
 #include "cells/cells.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 namespace {
 
 // Few steps are enough: other vertices move later, and then this one again.
 constexpr int kMaxSteps = 2;
-constexpr int kMaxHalvings = 4;
-constexpr double kMaxStep = 0.5;
+constexpr int kMaxStarHalvings = 4;
+constexpr double kMaxStarStep = 0.5;
 constexpr double kMinRise = 1e-3;
 
 constexpr std::size_t kMaxMembers = 5;  // four with a weight, and one that enters
@@ -297,10 +296,10 @@ bool VertexStar::climb(double reach, double goal) {
   linearise();
   Vec3d step = best_step(values_, gradients_, reach);
   const double length = norm(step);
-  if (length > kMaxStep) step *= kMaxStep / length;
+  if (length > kMaxStarStep) step *= kMaxStarStep / length;
   const double before = least_;
   const Vec3d start = position_;
-  for (int halving = 0; halving < kMaxHalvings && least_ < goal; ++halving, step *= 0.5) {
+  for (int halving = 0; halving < kMaxStarHalvings && least_ < goal; ++halving, step *= 0.5) {
     const double least = least_at(start + step);
     if (least > least_) {
       position_ = start + step;
@@ -320,4 +319,4 @@ void VertexStar::raise(double goal) {
   }
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

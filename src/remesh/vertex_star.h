@@ -10,7 +10,7 @@
 #include "cells/cells.h"
 #include "knead/vec.h"
 
-namespace knead::remesh_detail {
+namespace knead::detail {
 
 // A value at a position, and its gradient there.
 struct LinearApproximation {
@@ -92,4 +92,4 @@ class VertexStar {
   double least_ = kInfinity;
 };
 
-}  // namespace knead::remesh_detail
+}  // namespace knead::detail

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
-#include <memory>
+#include <optional>
+#include <utility>
 
+#include "io/picture.h"
 #include "knead/error.h"
 
 #if defined(KNEAD_HAS_ZLIB)
@@ -28,22 +30,13 @@ static unsigned char* deflate_with_zlib(unsigned char* data, int size, int* writ
 #define STBIW_ZLIB_COMPRESS deflate_with_zlib
 #endif
 
-// The only translation unit with stb's code, which does not pass our warnings.
+// The only translation unit with stb's code for writing, which does not pass our warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STBI_WRITE_NO_STDIO
 #define STB_IMAGE_WRITE_STATIC
 #include <stb_image_write.h>
-#pragma GCC diagnostic ignored "-Wold-style-cast"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#define STB_IMAGE_IMPLEMENTATION
-#define STB_IMAGE_STATIC
-#define STBI_NO_STDIO
-#define STBI_ONLY_PNG
-#define STBI_ONLY_JPEG
-#define STBI_MAX_DIMENSIONS 8192
-#include <stb_image.h>
 #pragma GCC diagnostic pop
 
 namespace knead::render {
@@ -113,18 +106,11 @@ Image decode_image(const std::string& bytes) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
     throw InvalidInput("image: too many bytes; give a PNG or JPEG file of at most 8192 pixels along a side");
   }
-  Image image;
-  int channels = 0;
-  const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());
-  const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-      stbi_load_from_memory(data, static_cast<int>(bytes.size()), &image.width, &image.height, &channels, 4),
-      stbi_image_free);
-  if (pixels == nullptr) {
+  std::optional<detail::Pixels<std::uint8_t>> pixels = detail::read_colors(bytes);
+  if (!pixels) {
     throw InvalidInput("image: not a PNG or JPEG file of at most 8192 pixels along a side, or it is damaged");
   }
-  const std::size_t count = 4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  image.pixels.assign(pixels.get(), pixels.get() + count);
-  return image;
+  return {pixels->width, pixels->height, std::move(pixels->numbers)};
 }
 
 Image side_by_side(std::span<const Image> images) {

@@ -6,7 +6,6 @@
 #include <memory>
 #include <numbers>
 #include <set>
-#include <string>
 
 #include "knead/error.h"
 #include "support/live_view_fixture.h"

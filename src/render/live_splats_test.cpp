@@ -13,7 +13,6 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "render/live/live_splats.h"
 #include "support/live_view_fixture.h"
 #include "support/splat_scenes.h"

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "knead/mesh.h"
-#include "knead/splats.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
 

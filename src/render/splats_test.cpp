@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -10,7 +9,6 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "math/geometry.h"
 #include "support/splat_scenes.h"
 

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "knead/mesh.h"
+#include "mesh/edges.h"
 
 namespace knead::render {
 
@@ -246,12 +247,7 @@ std::uint64_t edge_number(std::uint32_t a, std::uint32_t b) {
 // that the sum of edge numbers, with the sign of the direction, is 0. Turned outwards: the volume of every connected
 // part is positive.
 bool is_solid(const Mesh& mesh, const std::vector<Vec3d>& positions) {
-  std::vector<std::uint32_t> parent(positions.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  DisjointSets parts(positions.size());
   std::uint64_t open = 0;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const auto face = mesh.face(f);
@@ -259,7 +255,7 @@ bool is_solid(const Mesh& mesh, const std::vector<Vec3d>& positions) {
       const std::uint32_t a = face[i];
       const std::uint32_t b = face[i + 1 < face.size() ? i + 1 : 0];
       open += a < b ? edge_number(a, b) : 0 - edge_number(b, a);
-      if (i > 0) parent[root(a)] = root(face[0]);
+      if (i > 0) parts.join(a, face[0]);
     }
   }
   if (open != 0) return false;
@@ -267,11 +263,11 @@ bool is_solid(const Mesh& mesh, const std::vector<Vec3d>& positions) {
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const auto face = mesh.face(f);
     for (std::size_t i = 2; i < face.size(); ++i) {
-      volumes[root(face[0])] += dot(positions[face[0]], cross(positions[face[i - 1]], positions[face[i]]));
+      volumes[parts.find(face[0])] += dot(positions[face[0]], cross(positions[face[i - 1]], positions[face[i]]));
     }
   }
   for (std::uint32_t v = 0; v < volumes.size(); ++v) {
-    if (parent[v] == v && !(volumes[v] >= 0)) return false;
+    if (parts.find(v) == v && !(volumes[v] >= 0)) return false;
   }
   return true;
 }

@@ -115,22 +115,14 @@ void append(const Mesh& part, Mesh& mesh) {
   }
 }
 
-std::array<Vec3d, 8> corners(const Box& box) {
-  std::array<Vec3d, 8> result;
-  for (std::size_t i = 0; i < 8; ++i) {
-    result[i] = {(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
-                 (i & 4) != 0 ? box.max.z : box.min.z};
-  }
-  return result;
-}
-
 // Returns the smallest and largest dot(direction, corner - origin), with a margin.
 std::pair<double, double> extent_along(const Box& box, const Vec3d& origin, const Vec3d& direction) {
   double low = kInfinity;
   double high = -kInfinity;
-  for (const Vec3d& corner : corners(box)) {
-    low = std::min(low, dot(direction, corner - origin));
-    high = std::max(high, dot(direction, corner - origin));
+  for (std::size_t i = 0; i < 8; ++i) {
+    const double along = dot(direction, box.corner(i) - origin);
+    low = std::min(low, along);
+    high = std::max(high, along);
   }
   const double margin = 0.04 * box.diagonal();
   return {low - margin, high + margin};

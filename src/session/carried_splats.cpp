@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -10,19 +9,19 @@
 #include "flow/path_jacobian.h"
 #include "knead/editor/shape_state.h"
 #include "knead/error.h"
-#include "knead/splats.h"
+#include "knead/mesh.h"
 #include "session/deformed_shape_detail.h"
 
 namespace knead {
 
 namespace {
 
-using session_detail::MovedSplats;
+using detail::MovedSplats;
 
 constexpr double kSplatTolerance = 1e-7;           // of the path lines of splats, by the size of the shape
 constexpr double kJacobianTolerance = 3e-7;        // of a segment
 constexpr double kPinnedJacobianTolerance = 3e-8;  // of one with pins, where errors grow
-constexpr std::size_t kBlock = 4096;
+constexpr std::size_t kPointsPerBlock = 4096;
 
 // The Jacobian of one splat.
 using Entry = std::pair<std::uint32_t, Mat3d>;
@@ -53,20 +52,20 @@ void DeformedShape::carry_splats(std::vector<IndexRange> splats) {
   splats_ = std::make_shared<const SplatJacobians>();
 }
 
-std::vector<std::uint32_t> DeformedShape::splats_in_reach(const Flow& flow) const {
-  const FlowReach reach(flow);
+std::vector<std::uint32_t> DeformedShape::splats_in_support(const Flow& flow) const {
+  const FlowSupport support(flow);
   const auto is_splat = [&](std::uint32_t vertex) {
     if (provenance_) vertex = provenance_->vertex_source[vertex];
     return std::any_of(splat_ranges_.begin(), splat_ranges_.end(),
                        [&](const IndexRange& r) { return r.begin <= vertex && vertex < r.end; });
   };
-  std::vector<std::vector<std::uint32_t>> found((positions_.size() + kBlock - 1) / kBlock);
+  std::vector<std::vector<std::uint32_t>> found((positions_.size() + kPointsPerBlock - 1) / kPointsPerBlock);
   parallel_for(found.size(), 1, motion_.threads, [&](std::size_t first, std::size_t last) {
     for (std::size_t block = first; block < last; ++block) {
-      const std::size_t end = std::min(positions_.size(), (block + 1) * kBlock);
-      for (std::size_t i = block * kBlock; i < end; ++i) {
+      const std::size_t end = std::min(positions_.size(), (block + 1) * kPointsPerBlock);
+      for (std::size_t i = block * kPointsPerBlock; i < end; ++i) {
         const auto vertex = static_cast<std::uint32_t>(i);
-        if (is_splat(vertex) && reach.may_move(positions_[i], 0)) found[block].push_back(vertex);
+        if (is_splat(vertex) && support.may_move(positions_[i], 0)) found[block].push_back(vertex);
       }
     }
   });
@@ -77,7 +76,7 @@ std::vector<std::uint32_t> DeformedShape::splats_in_reach(const Flow& flow) cons
 
 MovedSplats DeformedShape::moved_splats(const Flow& flow, AdvectOptions options) const {
   options.tolerance = std::min(options.tolerance, kSplatTolerance * reference_length_);
-  MovedSplats moved{splats_in_reach(flow), {}, {}};
+  MovedSplats moved{splats_in_support(flow), {}, {}};
   moved.centers.reserve(moved.vertices.size());
   for (const std::uint32_t vertex : moved.vertices) moved.centers.push_back(positions_[vertex]);
   const auto is_pinned = [](const Segment& segment) { return segment.time_law == TimeLaw::pinned; };

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "knead/derivatives.h"
 #include "knead/flow.h"
 #include "knead/replay.h"
 #include "knead/session.h"

@@ -161,12 +161,14 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
 
 // Sets the functions of a deformation that say what a flow may move, and the size of its details, which for grids
 // depends on the place.
-void set_reach(const FlowReach& reach, const Flow& flow, Deformation& deformation) {
-  deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
-  deformation.feature = reach.smallest_feature();
+void set_support(const FlowSupport& support, const Flow& flow, Deformation& deformation) {
+  deformation.may_move = [&](const Vec3d& center, double radius) { return support.may_move(center, radius); };
+  deformation.feature = support.smallest_feature();
   const auto has_grid = [](const Segment& s) { return !(s.parts.empty() ? s : s.parts.front()).grid.is_empty(); };
   if (std::none_of(flow.segments.begin(), flow.segments.end(), has_grid)) return;
-  deformation.feature_near = [&](const Vec3d& center, double radius) { return reach.smallest_feature(center, radius); };
+  deformation.feature_near = [&](const Vec3d& center, double radius) {
+    return support.smallest_feature(center, radius);
+  };
 }
 
 // Combines two remeshes: makes the second one, of the result of the first, a remesh of the mesh before both.
@@ -285,12 +287,12 @@ std::optional<RemeshSettings> DeformedShape::settings_of(const SessionStroke& st
 const RemeshTargets& DeformedShape::targets_of(const RemeshSettings& settings) const {
   if (!targets_ || targets_->first != settings) {
     validate(settings);
-    targets_ = {settings, remesh_detail::resolve_on(settings, *start_, motion_.threads)};
+    targets_ = {settings, detail::resolve_on(settings, *start_, motion_.threads)};
   }
   return targets_->second;
 }
 
-namespace session_detail {
+namespace detail {
 
 // Makes the mesh of a shape follow the flow of one stroke.
 class MeshFollower {
@@ -325,7 +327,7 @@ class MeshFollower {
       try {
         if (!part.flow.segments.empty()) {
           provenance->creases =
-              remesh_detail::find_creases_unless_cancelled(*mesh, kDefaultCreaseDeg, shape_.motion_.threads, progress_);
+              detail::find_creases_unless_cancelled(*mesh, kDefaultCreaseDeg, shape_.motion_.threads, progress_);
         }
       } catch (const Cancelled&) {
         return {AdvectStatus::cancelled, std::nullopt};
@@ -402,7 +404,7 @@ class MeshFollower {
 
   // The mesh is the one before the part.
   RemeshOutcome remesh(const Mesh& mesh, const Part& part) {
-    const FlowReach reach(part.flow);
+    const FlowSupport support(part.flow);
     const double cost = cost_of(part.flow);
     AdvectOptions motion = advect_options(shape_.motion_, shape_.reference_length_);
     motion.progress = progress_;
@@ -412,7 +414,7 @@ class MeshFollower {
     const std::vector<std::uint8_t> held = held_vertices(shape_.mask_, mesh.positions);
     options.held = held;
     const std::shared_ptr<const Provenance> provenance = shape_.provenance_;
-    remesh_detail::MorePlaces places{{provenance->rest, part.before_stroke}, {}};
+    detail::MorePlaces places{{provenance->rest, part.before_stroke}, {}};
     CarryBudget budget;
     Deformation deformation;
     deformation.points_left = [&] { return budget.points_left(halving_.spent); };
@@ -423,7 +425,7 @@ class MeshFollower {
       halving_.spent += spent;
       budget.points += static_cast<double>(points.size());
     };
-    set_reach(reach, part.flow, deformation);
+    set_support(support, part.flow, deformation);
     const KeptCount kept(progress_);
     try {
       options.progress = progress_;
@@ -432,7 +434,7 @@ class MeshFollower {
       options.seconds = seconds_until(halving_.end);
       const double all = set_budget(part, flow, cost, options.targets.max_vertices, budget);
       RemeshOutcome outcome{AdvectStatus::done,
-                            remesh_detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, places)};
+                            detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, places)};
       const bool is_whole = halving_.most_faces == 0;
       if (is_whole) halving_.most_faces = kMoreThanWhole * outcome.remeshed->counts.faces;
       halving_.faces += outcome.remeshed->counts.faces;
@@ -475,10 +477,10 @@ class MeshFollower {
   // Remeshes the whole completely, after a first remesh that stopped because many triangles crossed. If the time does
   // not suffice, keeps the result with fewer crossings.
   void finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options, Remeshed& stopped,
-                      remesh_detail::MorePlaces& places) const {
+                      detail::MorePlaces& places) const {
     if (options.seconds > 0) {
-      remesh_detail::MorePlaces others{places.before, {}};
-      Remeshed whole = remesh_detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, others);
+      detail::MorePlaces others{places.before, {}};
+      Remeshed whole = detail::remesh_with(mesh, shape_.positions_, deformation, options, {}, others);
       if (!whole.counts.out_of_time || whole.counts.crossings < stopped.counts.crossings) {
         stopped = std::move(whole);
         places = std::move(others);
@@ -525,7 +527,7 @@ class MeshFollower {
   }
 
   // Gives the shape the remeshed mesh.
-  void adopt(Remeshed& remeshed, remesh_detail::MorePlaces& places, std::span<const Vec3d> before) {
+  void adopt(Remeshed& remeshed, detail::MorePlaces& places, std::span<const Vec3d> before) {
     std::vector<bool> touched_before = shape_.provenance_->touched;
     for (std::size_t i = 0; i < touched_before.size(); ++i) {
       if (before[i] != shape_.mesh_->positions[i]) touched_before[i] = true;
@@ -561,16 +563,15 @@ class MeshFollower {
   Progress* progress_;
 };
 
-}  // namespace session_detail
+}  // namespace detail
 
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
   const double width = mask_.is_empty() ? 0 : sufficient_width(flow, before, positions_);
   const bool is_narrow = width > mask_.width();
-  session_detail::MeshFollower::Halving halving{is_narrow ? kMaxHalvingsOfNarrow : kMaxHalvings, is_narrow};
+  detail::MeshFollower::Halving halving{is_narrow ? kMaxHalvingsOfNarrow : kMaxHalvings, is_narrow};
   halving.end = after(policy_->seconds);
-  RemeshOutcome outcome =
-      session_detail::MeshFollower(*this, settings, halving, progress).follow({before, before, flow});
+  RemeshOutcome outcome = detail::MeshFollower(*this, settings, halving, progress).follow({before, before, flow});
   if (is_narrow && outcome.status == AdvectStatus::done && !outcome.remeshed) {
     throw RemeshLimit(
         fmt::format("the mesh cannot follow this stroke along the mask's border, which is narrow for so far a motion; "

@@ -10,7 +10,6 @@
 #include "knead/editor/shape_state.h"
 #include "knead/error.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 #include "knead/vec.h"
 #include "math/system.h"
 #include "remesh/relax.h"
@@ -19,27 +18,26 @@
 
 namespace knead {
 
-namespace session_detail {
+namespace detail {
 
 // For the faces and creases from which it was made.
 struct RelaxMesh {
   std::shared_ptr<const Mesh> mesh;
   std::shared_ptr<const Provenance> provenance;
   WeldedMesh welded;
-  remesh_detail::RelaxTopology topology;
+  detail::RelaxTopology topology;
 };
 
-}  // namespace session_detail
+}  // namespace detail
 
 namespace {
 
-using session_detail::has_direction;
-using session_detail::TransportedNormals;
+using namespace detail;
 
 // Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. The
 // direction of a normal then has an error of about 1e-5 by rounding, and a smaller one by the curvature of the flow.
 constexpr double kNormalTolerance = 1e-9;
-constexpr double kNormalReach = 1e-4;
+constexpr double kNormalOffset = 1e-4;
 
 // Squares of lengths beyond these limits overflow or vanish in single precision. Of all tools paint fails first: not
 // yet on shapes of 3e-17, on shapes of 1e-18 it does.
@@ -63,15 +61,15 @@ bool are_same(const Vec3d* a, const Vec3d* b, std::size_t count) {
   return std::memcmp(static_cast<const void*>(a), static_cast<const void*>(b), count * sizeof(Vec3d)) == 0;
 }
 
-// Places four points around every point whose normal has a direction; as many normals as positions. `reach`: a length
+// Places four points around every point whose normal has a direction; as many normals as positions. `offset`: a length
 // above 0. The error of a turned normal falls with its square until rounding takes over.
-TransportedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach) {
+TransportedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double offset) {
   TransportedNormals carried;
-  carried.reach = reach;
+  carried.offset = offset;
   for (std::size_t i = 0; i < normals.size(); ++i) {
     if (!has_direction(normals[i])) continue;
     const Vec3d n = normalized(normals[i]);
-    const Vec3d a = any_orthogonal(n) * reach;
+    const Vec3d a = any_orthogonal(n) * offset;
     const Vec3d b = cross(n, a);
     const Vec3d& p = positions[i];
     carried.vertex.push_back(static_cast<std::uint32_t>(i));
@@ -89,8 +87,8 @@ Vec3d turned(const TransportedNormals& carried, std::size_t k) {
   const Vec3d& normal = carried.normals[carried.vertex[k]];
   const std::span<const Vec3d> now = std::span(carried.now).subspan(4 * k, 4);
   if (std::equal(now.begin(), now.end(), carried.begin.begin() + static_cast<std::ptrdiff_t>(4 * k))) return normal;
-  const Vec3d a = (now[0] - now[1]) / (2 * carried.reach);
-  const Vec3d b = (now[2] - now[3]) / (2 * carried.reach);
+  const Vec3d a = (now[0] - now[1]) / (2 * carried.offset);
+  const Vec3d b = (now[2] - now[3]) / (2 * carried.offset);
   const Vec3d n = cross(a, b);
   if (!(norm(n) > 0) || norm(a) > torn || norm(b) > torn) return normal;
   return n * (norm(normal) / norm(n));
@@ -109,12 +107,12 @@ Vec3d turned_normal(const TransportedNormals& carried, std::uint32_t vertex) {
 }
 
 // Returns a flag for each vertex that the mask holds; empty without a mask.
-remesh_detail::RelaxTopology masked_topology(const Mask& mask, const remesh_detail::RelaxTopology& topology,
-                                             std::span<const Vec3d> positions) {
+detail::RelaxTopology masked_topology(const Mask& mask, const detail::RelaxTopology& topology,
+                                      std::span<const Vec3d> positions) {
   if (mask.is_empty()) return {};
-  remesh_detail::RelaxTopology result = topology;
+  detail::RelaxTopology result = topology;
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    if (mask.holds(positions[v])) result.freedom[v] = remesh_detail::RelaxTopology::Freedom::stays;
+    if (mask.holds(positions[v])) result.freedom[v] = detail::RelaxTopology::Freedom::stays;
   }
   return result;
 }
@@ -143,7 +141,7 @@ double reference_length(const Box& whole, const Box& box) {
 
 }  // namespace
 
-bool session_detail::has_direction(const Vec3d& normal) {
+bool detail::has_direction(const Vec3d& normal) {
   const double length = norm(normal);
   return length > 0 && std::isfinite(length);
 }
@@ -261,7 +259,7 @@ DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions mot
 void DeformedShape::start_normals(std::vector<Vec3d> normals) {
   normals_.reset();
   if (normals.empty()) return;
-  normals_ = carry_normals(positions_, std::move(normals), kNormalReach * reference_length_);
+  normals_ = carry_normals(positions_, std::move(normals), kNormalOffset * reference_length_);
 }
 
 std::vector<Vec3d> DeformedShape::normals() const {
@@ -281,7 +279,7 @@ Mesh DeformedShape::to_mesh() const {
   }
   ChangedSplats changed = deformed_splats(*start_, *splats_, motion_.threads);
   for (std::uint32_t& splat : changed.splats) splat = now[splat];
-  io_detail::put_values(result, changed.attributes, changed.splats);
+  detail::put_values(result, changed.attributes, changed.splats);
   return result;
 }
 
@@ -309,7 +307,7 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
   if (flow.segments.empty()) return AdvectStatus::done;
   AdvectOptions options = advect_options(motion_, reference_length_);
   options.progress = progress;
-  session_detail::MovedSplats splats;
+  detail::MovedSplats splats;
   try {
     if (splats_ && !are_splats_held_) splats = moved_splats(flow, options);
   } catch (const Cancelled&) {
@@ -436,15 +434,15 @@ void DeformedShape::lay_out(bool sorted) {
 }
 
 // The creases are those that remeshing keeps: of the shape before any deformation.
-const session_detail::RelaxMesh& DeformedShape::relax_mesh() const {
+const detail::RelaxMesh& DeformedShape::relax_mesh() const {
   if (relax_mesh_ && relax_mesh_->mesh == mesh_ && relax_mesh_->provenance == provenance_) return *relax_mesh_;
   const bool has_creases = provenance_ && provenance_->creases;
   std::vector<MeshEdge> creases = has_creases ? *provenance_->creases : find_creases(WeldedMesh(*start_).mesh());
   WeldedMesh welded(*mesh_);
   for (MeshEdge& crease : creases) crease = {welded.first(crease[0]), welded.first(crease[1])};
-  remesh_detail::RelaxTopology topology = remesh_detail::relax_topology(triangles(), positions_.size(), creases);
-  relax_mesh_ = std::make_shared<const session_detail::RelaxMesh>(
-      session_detail::RelaxMesh{mesh_, provenance_, std::move(welded), std::move(topology)});
+  detail::RelaxTopology topology = detail::relax_topology(triangles(), positions_.size(), creases);
+  relax_mesh_ = std::make_shared<const detail::RelaxMesh>(
+      detail::RelaxMesh{mesh_, provenance_, std::move(welded), std::move(topology)});
   return *relax_mesh_;
 }
 
@@ -452,9 +450,9 @@ AdvectStatus DeformedShape::relax(const RelaxStroke& stroke, double from, double
   if (mesh_->face_count() == 0) throw InvalidInput("a point cloud has no surface to relax; remove this line");
   if (from >= to) return AdvectStatus::done;
   free_layout();
-  const remesh_detail::RelaxTopology masked = masked_topology(mask_, relax_mesh().topology, positions_);
-  remesh_detail::Relaxer relaxer(mask_.is_empty() ? relax_mesh().topology : masked, triangles(), positions_,
-                                 policy_->single_precision, motion_.threads);
+  const detail::RelaxTopology masked = masked_topology(mask_, relax_mesh().topology, positions_);
+  detail::Relaxer relaxer(mask_.is_empty() ? relax_mesh().topology : masked, triangles(), positions_,
+                          policy_->single_precision, motion_.threads);
   for (double i = std::floor(from); i < to; ++i) {
     if (progress != nullptr && progress->cancel) return AdvectStatus::cancelled;
     const double part = std::min(1.0, to - i);

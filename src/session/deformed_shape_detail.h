@@ -1,14 +1,13 @@
 // Parts of the sources of a deformed shape: progress by pieces of work, splats that moved, and normals.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "knead/error.h"
 #include "knead/vec.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 // Counts pieces of work in Progress::done, and replaces what the work itself adds there.
 class ScopedProgress {
@@ -68,4 +67,4 @@ struct MovedSplats {
 // Returns whether a normal is neither zero nor too long to be normalised.
 bool has_direction(const Vec3d& normal);
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

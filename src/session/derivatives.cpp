@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "flow/tangents.h"
-#include "knead/derivatives.h"
 #include "knead/error.h"
+#include "knead/replay.h"
 
 namespace knead {
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "knead/derivatives.h"
 #include "knead/error.h"
 #include "knead/replay.h"
 

@@ -18,7 +18,7 @@
 #include "mesh/edges.h"
 #include "session/deformed_shape_detail.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -48,12 +48,12 @@ constexpr double kWorthAWord = 0.5;      // of these bounds: a note begins there
 constexpr double kVolume = 1e-3;  // a change that asks whether the shape is closed
 
 // The part of a triangle that a sample stands for.
-struct Piece {
+struct SampledPart {
   double length2 = 0;  // of its longest edge
   std::uint32_t triangle = 0;
   std::array<Vec3d, 3> corners;
 
-  friend bool operator<(const Piece& a, const Piece& b) { return a.length2 < b.length2; }
+  friend bool operator<(const SampledPart& a, const SampledPart& b) { return a.length2 < b.length2; }
 };
 
 struct Samples {
@@ -88,13 +88,13 @@ std::array<Vec3d, 3> triangle_at(const Triangle& t, std::span<const Vec3d> posit
   return {positions[t[0]], positions[t[1]], positions[t[2]]};
 }
 
-Piece piece_of(std::uint32_t triangle, const std::array<Vec3d, 3>& corners) {
+SampledPart piece_of(std::uint32_t triangle, const std::array<Vec3d, 3>& corners) {
   return {length2_of(corners, longest_of(corners)), triangle, corners};
 }
 
-bool may_move(const FlowReach& reach, std::span<const Vec3d> corners) {
+bool may_move(const FlowSupport& support, std::span<const Vec3d> corners) {
   const Box box = bounding_box(corners);
-  return reach.may_move(box.center(), 0.5 * box.diagonal() * (1 + 1e-9));
+  return support.may_move(box.center(), 0.5 * box.diagonal() * (1 + 1e-9));
 }
 
 // Distances between a shape's exact image and its result.
@@ -102,7 +102,7 @@ struct Compared {
   const Mesh& before;
   const DeformedShape& now;
   bool same_faces = false;
-  FlowReach reach;
+  FlowSupport support;
   double feature = 0;
 
   // Returns whether to check the k-th face.
@@ -117,12 +117,12 @@ struct Compared {
     if (face.size() < 3 || (length2 <= square(kLong * feature) && f % stride != 0)) return false;
     const auto has_moved = [&](std::uint32_t v) { return now.positions()[v] != before.positions[v]; };
     if (same_faces && std::any_of(face.begin(), face.end(), has_moved)) return true;
-    return (!same_faces || length2 > square(kHoldsFeature * feature)) && may_move(reach, corners);
+    return (!same_faces || length2 > square(kHoldsFeature * feature)) && may_move(support, corners);
   }
 };
 
 // The triangles of faces that the flow may bend, the longest ones of them.
-std::vector<Piece> pieces_of(const Compared& work, std::size_t most, std::vector<Triangle>& triangles) {
+std::vector<SampledPart> pieces_of(const Compared& work, std::size_t most, std::vector<Triangle>& triangles) {
   const Mesh& before = work.before;
   const std::size_t stride = kFacesPerSample * before.face_count() / most + 1;
   std::vector<std::vector<std::uint32_t>> of_parts((before.face_count() + kFacesAtOnce - 1) / kFacesAtOnce);
@@ -135,12 +135,13 @@ std::vector<Piece> pieces_of(const Compared& work, std::size_t most, std::vector
   for (const std::vector<std::uint32_t>& part : of_parts) {
     for (const std::uint32_t f : part) triangulate_polygon(before.positions, before.face(f), triangles);
   }
-  std::vector<Piece> pieces;
+  std::vector<SampledPart> pieces;
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
     pieces.push_back(piece_of(t, triangle_at(triangles[t], before.positions)));
   if (pieces.size() > most) {
     const auto end = pieces.begin() + static_cast<std::ptrdiff_t>(most);
-    std::nth_element(pieces.begin(), end, pieces.end(), [](const Piece& a, const Piece& b) { return b < a; });
+    std::nth_element(pieces.begin(), end, pieces.end(),
+                     [](const SampledPart& a, const SampledPart& b) { return b < a; });
     pieces.erase(end, pieces.end());
   }
   return pieces;
@@ -150,12 +151,12 @@ std::vector<Piece> pieces_of(const Compared& work, std::size_t most, std::vector
 Samples samples_of(const Compared& work) {
   const std::size_t most = kFewestSamples + work.before.vertex_count() / kVerticesPerSample;
   std::vector<Triangle> triangles;
-  std::priority_queue<Piece> queue({}, pieces_of(work, most, triangles));
+  std::priority_queue<SampledPart> queue({}, pieces_of(work, most, triangles));
   Samples samples;
   while (!queue.empty() && samples.points.size() < most) {
-    const Piece piece = queue.top();
+    const SampledPart piece = queue.top();
     queue.pop();
-    if (!may_move(work.reach, piece.corners)) continue;
+    if (!may_move(work.support, piece.corners)) continue;
     const std::size_t i = longest_of(piece.corners);
     const Vec3d middle = (piece.corners[i] + piece.corners[(i + 1) % 3]) * 0.5;
     samples.points.push_back(middle);
@@ -221,8 +222,8 @@ double volume_change(const Mesh& before, const Flow& flow, const DeformedShape& 
 // faces also get samples inside, down to the size of the flow's features.
 ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape& now, bool same_faces,
                        Progress* progress) {
-  const double feature = std::min(FlowReach(flow).smallest_feature(), now.reference_length());
-  const Compared work{before, now, same_faces, FlowReach(flow), feature};
+  const double feature = std::min(FlowSupport(flow).smallest_feature(), now.reference_length());
+  const Compared work{before, now, same_faces, FlowSupport(flow), feature};
   Samples samples = samples_of(work);
   if (samples.points.empty()) return {};
   AdvectOptions options = advect_options(now.motion(), now.reference_length());
@@ -283,4 +284,4 @@ std::optional<std::string> ExactImage::compare(const DeformedShape& shape, const
   return text;
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

@@ -5,15 +5,12 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "io/mesh_builder.h"
-#include "knead/animation.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 
 namespace knead {
 
@@ -63,13 +60,13 @@ SplatJacobians splats_in(const ShapePart& part, const SplatJacobians& all) {
 
 // Sets the splats of a remeshed mesh: its vertices in no face are those of the source, in the same order.
 void put_splats(Mesh& mesh, ChangedSplats splats, const Mesh& source) {
-  const std::vector<std::uint32_t> before = io_detail::vertices_in_no_face(source);
-  const std::vector<std::uint32_t> now = io_detail::vertices_in_no_face(mesh);
+  const std::vector<std::uint32_t> before = detail::vertices_in_no_face(source);
+  const std::vector<std::uint32_t> now = detail::vertices_in_no_face(mesh);
   if (before.size() != now.size()) return;
   for (std::uint32_t& splat : splats.splats) {
     splat = now[static_cast<std::size_t>(std::lower_bound(before.begin(), before.end(), splat) - before.begin())];
   }
-  io_detail::put_values(mesh, splats.attributes, splats.splats);
+  detail::put_values(mesh, splats.attributes, splats.splats);
 }
 
 // Writes the frames of a shape, or of one part of several. Remeshed ones have the vertices and faces of the first
@@ -127,7 +124,7 @@ std::vector<IndexRange> splats_among(std::span<const Mesh* const> meshes) {
   for (const Mesh* mesh : meshes) {
     if (have_splats(*mesh)) {
       splat_degree(*mesh);
-      for (const std::uint32_t v : io_detail::vertices_in_no_face(*mesh)) {
+      for (const std::uint32_t v : detail::vertices_in_no_face(*mesh)) {
         const bool goes_on = !ranges.empty() && ranges.back().end == begin + v;
         if (!goes_on) ranges.push_back({begin + v, begin + v});
         ++ranges.back().end;

@@ -1,8 +1,6 @@
 // The moments of frames: durations, ease, hold, and frames with the faces of a remeshed result.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -19,22 +18,16 @@
 #include "session/stroke_run.h"
 #include "strokes/describe.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
 constexpr std::string_view kSpaces = " \t\r";
 
-std::string_view trimmed(std::string_view text) {
+std::string_view without_spaces(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(kSpaces);
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(kSpaces) - begin + 1);
-}
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
 }
 
 // Returns the numbers of a line; nothing if there is anything else.
@@ -42,9 +35,9 @@ std::optional<std::vector<double>> numbers_of(std::string_view line) {
   std::vector<double> numbers;
   while (!line.empty()) {
     const std::string_view word = line.substr(0, line.find_first_of(kSpaces));
-    line = trimmed(line.substr(word.size()));
+    line = without_spaces(line.substr(word.size()));
     double& number = numbers.emplace_back();
-    const bool is_read = io_detail::parse_real(word, number) == io_detail::ParseResult::ok;
+    const bool is_read = parse_real(word, number) == ParseResult::ok;
     if (!is_read || !std::isfinite(number)) return std::nullopt;
   }
   return numbers;
@@ -58,7 +51,7 @@ class PrmFile {
     while (!text.empty()) {
       const std::string_view line = text.substr(0, text.find('\n'));
       text.remove_prefix(std::min(line.size() + 1, text.size()));
-      const std::string_view words = trimmed(line);
+      const std::string_view words = without_spaces(line);
       if (words.empty() || words.front() == '#' || words.front() == ';' || words.front() == '[') continue;
       if (kSpaces.find(line.front()) != std::string_view::npos && !entries_.empty()) {
         entries_.back().second.push_back(words);
@@ -68,8 +61,8 @@ class PrmFile {
       if (colon == std::string_view::npos) {
         throw InvalidInput(fmt::format("\"{}\" is neither a section, a comment nor \"key: value\"", words));
       }
-      entries_.push_back({lower(trimmed(words.substr(0, colon))), {}});
-      const std::string_view first = trimmed(words.substr(colon + 1));
+      entries_.push_back({lower(without_spaces(words.substr(0, colon))), {}});
+      const std::string_view first = without_spaces(words.substr(colon + 1));
       if (!first.empty()) entries_.back().second.push_back(first);
     }
   }
@@ -100,9 +93,9 @@ class PrmFile {
 // The rows are the edges' directions: the columns of the product of rotations about x, y and z, of which that about z
 // acts first.
 Mat3d axes_of(const Vec3d& degrees) {
-  const SinCos<double> x = sincos(degrees.x * tool_detail::kRadiansPerDegree);
-  const SinCos<double> y = sincos(degrees.y * tool_detail::kRadiansPerDegree);
-  const SinCos<double> z = sincos(degrees.z * tool_detail::kRadiansPerDegree);
+  const SinCos<double> x = sincos(degrees.x * kRadiansPerDegree);
+  const SinCos<double> y = sincos(degrees.y * kRadiansPerDegree);
+  const SinCos<double> z = sincos(degrees.z * kRadiansPerDegree);
   const Mat3d product = Mat3d{{1, 0, 0}, {0, x.cos, -x.sin}, {0, x.sin, x.cos}} *
                         Mat3d{{y.cos, 0, y.sin}, {0, 1, 0}, {-y.sin, 0, y.cos}} *
                         Mat3d{{z.cos, -z.sin, 0}, {z.sin, z.cos, 0}, {0, 0, 1}};
@@ -136,10 +129,10 @@ LatticeStroke read_prm(std::string_view text) {
   const Vec3d counts = file.vector("n control points");
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double count = counts[axis];
-    constexpr int kMost = LatticeMotion::kMaxDegree + 1;
-    if (!(count >= 2 && count <= kMost && count == std::floor(count))) {
+    constexpr int kMaxPrmCount = LatticeMotion::kMaxDegree + 1;
+    if (!(count >= 2 && count <= kMaxPrmCount && count == std::floor(count))) {
       throw InvalidInput(
-          fmt::format("\"n control points\" must be whole numbers from 2 to {}, got {:g}", kMost, count));
+          fmt::format("\"n control points\" must be whole numbers from 2 to {}, got {:g}", kMaxPrmCount, count));
     }
     stroke.counts[axis] = static_cast<int>(count);
   }
@@ -168,4 +161,4 @@ LatticeStroke with_file(const LatticeStroke& stroke, const std::filesystem::path
   }
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "knead/derivatives.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"

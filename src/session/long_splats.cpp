@@ -19,11 +19,11 @@
 #include "flow/block_mover.h"
 #include "io/codec.h"
 #include "knead/error.h"
+#include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "math/elementary.h"
+#include "math/geometry.h"
 #include "math/system.h"
-#include "splats/axes.h"
 
 namespace knead {
 
@@ -152,14 +152,14 @@ class Splitter {
   Splitter(const Mesh& mesh, const Flow& flow, std::size_t max_splats, const ReplayOptions& options)
       : flow_(flow), columns_(mesh), count_(mesh.vertex_count()), max_splats_(max_splats) {
     if (options.part.direction == Direction::backwards) forth_ = inverse(flow);
-    const FlowReach reach(flow);
-    const double feature = std::min(reach.smallest_feature(), reference_length(mesh));
+    const FlowSupport support(flow);
+    const double feature = std::min(support.smallest_feature(), reference_length(mesh));
     motion_ = {.tolerance = kPathTolerance * feature, .threads = options.motion.threads};
     if (!columns_.has_opacity()) return;
     const double smallest = elementary::log(kSmallest * feature);
     for (std::uint32_t splat = 0; splat < count_; ++splat) {
       const double scale = columns_.largest_scale(splat);
-      if (!(scale > smallest) || !reach.may_move(mesh.positions[splat], elementary::exp(std::min(scale, kMaxScale))))
+      if (!(scale > smallest) || !support.may_move(mesh.positions[splat], elementary::exp(std::min(scale, kMaxScale))))
         continue;
       const SplatPiece piece = columns_.piece(splat);
       const bool is_finite = std::isfinite(*std::max_element(piece.sizes.begin(), piece.sizes.end()));
@@ -360,7 +360,7 @@ void add_pieces(ShapeFile& shape, const PieceRows& pieces, bool has_float_places
     columns[k] = &*std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
                                 [&](const Attribute& attribute) { return attribute.name == kPieceColumns[k]; });
   }
-  io_detail::AnyLayout layout = *shape.layout;
+  detail::AnyLayout layout = *shape.layout;
   const auto as_stored = [](double number, bool is_float) {
     return is_float ? double{static_cast<float>(number)} : number;
   };
@@ -376,13 +376,13 @@ void add_pieces(ShapeFile& shape, const PieceRows& pieces, bool has_float_places
   }
   layout.edits.copied = pieces.copied;
   layout.edits.attributes.assign(kPieceColumns.begin(), kPieceColumns.end());
-  shape.layout = std::make_shared<const io_detail::AnyLayout>(std::move(layout));
+  shape.layout = std::make_shared<const detail::AnyLayout>(std::move(layout));
 }
 
 // Returns a file with rows for the pieces; nothing if the format cannot.
 std::optional<ShapeFile> with_pieces(const ShapeFile& source, const PieceRows& pieces) {
   const std::string name = "split." + source.format;
-  const io_detail::Codec& codec = io_detail::codec_named(source.format, name);
+  const detail::Codec& codec = detail::codec_named(source.format, name);
   if (codec.with_copies == nullptr) return std::nullopt;
   std::string bytes = codec.with_copies(source, pieces.copied);
   if (bytes.empty()) return std::nullopt;
@@ -406,7 +406,7 @@ std::optional<ShapeFile> with_pieces(const ShapeFile& source, const PieceRows& p
 
 bool split_splats(ShapeFile& shape, const Session& session, const ReplayOptions& options,
                   std::optional<std::size_t> max_splats, std::vector<std::string>* notes) {
-  const io_detail::Codec& codec = io_detail::codec_named(shape.format, "source");
+  const detail::Codec& codec = detail::codec_named(shape.format, "source");
   if ((codec.with_copies == nullptr && codec.writes_edits == nullptr) || !are_splats(shape.mesh)) return false;
   splat_degree(shape.mesh);
   const std::size_t most = max_splats.value_or(2 * shape.mesh.vertex_count());

@@ -341,7 +341,7 @@ TEST(SessionMask, AJournalKeepsIt) {
   {
     Journal journal = Journal::create(scratch.path(), shape, "masked");
     journal.append(strokes);
-    journal.take_back(1);
+    journal.undo(1);
     folder = journal.folder();
   }
   const RecoveredWork work = recover_journal(folder);

@@ -2,8 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
 
 #include "knead/editor/workbench.h"
 #include "knead/error.h"

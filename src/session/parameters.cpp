@@ -6,7 +6,7 @@
 
 #include "session/stroke_json.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -139,4 +139,4 @@ FilledLine fill_in(const Json& line, std::span<const Parameter> parameters, cons
   return filled;
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

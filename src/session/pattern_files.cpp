@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -12,6 +11,8 @@
 #include <system_error>
 #include <vector>
 
+#include "io/picture.h"
+#include "io/text.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/io.h"
@@ -25,53 +26,26 @@
 #include <emscripten.h>
 #endif
 
-#if defined(KNEAD_HAS_STB)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#pragma GCC diagnostic ignored "-Wold-style-cast"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#define STB_IMAGE_IMPLEMENTATION
-#define STB_IMAGE_STATIC
-#define STBI_NO_STDIO
-#define STBI_ONLY_PNG
-#define STBI_ONLY_JPEG
-#define STBI_ONLY_PNM
-#define STBI_MAX_DIMENSIONS 8192
-#include <stb_image.h>
-#pragma GCC diagnostic pop
-#endif
-
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 #if defined(KNEAD_HAS_STB)
 GreyPattern read_picture(const fs::path& file) {
-  const std::string bytes = read_text(file);
-  int width = 0;
-  int height = 0;
-  int channels = 0;
-  const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());  // NOLINT: bytes
-  const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
-      stbi_load_16_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels, 2), stbi_image_free);
+  const std::optional<Pixels<std::uint16_t>> pixels = read_greys(read_text(file));
   if (!pixels) {
     throw InvalidInput(fmt::format("\"file\": {} is no picture that can be read ({}); write it as a grey PNG",
-                                   file.string(), stbi_failure_reason()));
+                                   file.string(), picture_trouble()));
   }
+  const auto& [width, height, numbers] = *pixels;
   GreyTile tile{width, height, {}, -0.5 * width, 0.5 * height};
   constexpr float kWhite = 65535;
-  const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  tile.values.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const float grey = static_cast<float>(pixels.get()[2 * i]) / kWhite;
-    tile.values.push_back(grey * (static_cast<float>(pixels.get()[2 * i + 1]) / kWhite));
+  tile.values.reserve(numbers.size() / 2);
+  for (std::size_t i = 0; i < numbers.size(); i += 2) {
+    const float grey = static_cast<float>(numbers[i]) / kWhite;
+    tile.values.push_back(grey * (static_cast<float>(numbers[i + 1]) / kWhite));
   }
   return {{std::move(tile)}, static_cast<double>(height)};
 }
@@ -329,7 +303,7 @@ void add_outline(const GreyTile& tile, double height, std::vector<PlaneLine>& li
   const auto excess = [&](int column, int row) {
     const double x = (column - 1) * side;
     const double y = (row - 1) * side;
-    return tool_detail::mean_in(tile, x, y, x + side, y + side) - half;
+    return mean_in(tile, x, y, x + side, y + side) - half;
   };
   constexpr std::array<std::array<int, 2>, 5> kRound{{{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}}};
   for (int row = 0; (row - 0.5) * side < tile.height; ++row) {
@@ -358,32 +332,32 @@ std::shared_ptr<const GreyPattern> read_pattern(const PrintStroke& stroke, const
   const fs::path file = folder / stroke.file;
   try {
     return std::make_shared<const GreyPattern>(is_picture(file) ? read_picture(file)
-                                                                : tool_detail::face_of(read_shape(file).mesh, stroke));
+                                                                : face_of(read_shape(file).mesh, stroke));
   } catch (const IoError& error) {
     throw InvalidInput(fmt::format("\"file\": {}", error.what()));
   }
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail
 
 namespace knead {
 
 std::vector<PlaneLine> print_outline(const PrintStroke& stroke, const std::filesystem::path& folder) {
   validate(Stroke(stroke));
-  const std::shared_ptr<const GreyPattern> pattern = session_detail::read_pattern(stroke, folder);
+  const std::shared_ptr<const GreyPattern> pattern = detail::read_pattern(stroke, folder);
   std::vector<PlaneLine> lines;
-  for (const GreyTile& tile : pattern->tiles) session_detail::add_outline(tile, pattern->height, lines);
+  for (const GreyTile& tile : pattern->tiles) detail::add_outline(tile, pattern->height, lines);
   return lines;
 }
 
 bool is_picture(const std::filesystem::path& file) {
-  const std::string type = session_detail::lower(file.extension().string());
+  const std::string type = detail::lower(file.extension().string());
   return std::find(kPictureExtensions.begin(), kPictureExtensions.end(), type) != kPictureExtensions.end();
 }
 
 std::vector<std::string> font_names() {
   std::vector<std::string> names;
-  for (const std::filesystem::path& file : session_detail::all_fonts()) names.push_back(file.stem().string());
+  for (const std::filesystem::path& file : detail::all_fonts()) names.push_back(file.stem().string());
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
   return names;

@@ -313,8 +313,8 @@ TEST(Relax, IsAStrokeOfTheHistory) {
   std::vector<SessionStroke> lines;
   const auto follow = [&](const WorkResult& result) {
     ASSERT_TRUE(result.is_done()) << result.refusal;
-    ASSERT_LE(result.lines.taken_back, lines.size());
-    lines.resize(lines.size() - result.lines.taken_back);
+    ASSERT_LE(result.lines.undone, lines.size());
+    lines.resize(lines.size() - result.lines.undone);
     lines.insert(lines.end(), result.lines.appended.begin(), result.lines.appended.end());
   };
   for (std::size_t count = 1; count <= whole.points.size(); ++count) {

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -12,8 +11,8 @@
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"
+#include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "session/deformed_shape_detail.h"
 #include "session/point_constraint.h"
 #include "session/replay_detail.h"
@@ -23,12 +22,7 @@ namespace knead {
 
 namespace {
 
-using session_detail::at_line;
-using session_detail::is_backwards;
-using session_detail::Plan;
-using session_detail::PlannedStroke;
-using session_detail::PreparedStroke;
-using session_detail::StrokeRun;
+using namespace detail;
 
 // Below it single precision does not resolve a relative tolerance.
 constexpr double kFloatNoise = 1e-6;
@@ -60,7 +54,7 @@ std::optional<std::string> precision_warning(const MotionOptions& motion) {
 }
 
 std::optional<std::string> ignored_remesh(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
-  if (!session_detail::has_settings(session, options)) return std::nullopt;
+  if (!detail::has_settings(session, options)) return std::nullopt;
   if (is_backwards(options)) {
     return "a session that is applied backwards does not remesh: the shape keeps its vertices and faces";
   }
@@ -104,7 +98,7 @@ class PlanRun {
         plan_(std::move(plan)),
         shape_(mesh, options.motion, options.remesh, options.normals),
         image_(mesh) {
-    if (const std::vector<IndexRange> splats = session_detail::splats_of(*mesh, options); !splats.empty()) {
+    if (const std::vector<IndexRange> splats = detail::splats_of(*mesh, options); !splats.empty()) {
       shape_.carry_splats(splats);
     }
     if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
@@ -229,7 +223,7 @@ class PlanRun {
   // Warns of zones that are too thin, before the shape moves. Edges are measured only if vertices are few.
   void warn_of_zones(const StrokeRun& run) {
     for (const SessionStroke& part : run.stroke().outcome.parts) {
-      if (!tool_detail::has_zone(part.stroke)) continue;
+      if (!detail::has_zone(part.stroke)) continue;
       const bool is_coarse = shape_.positions().size() < kManyVertices;
       const std::span<const Triangle> triangles = is_coarse ? shape_.triangles() : std::span<const Triangle>{};
       const ZoneProfile profile = zone_profile(part.stroke, shape_.positions(), triangles);
@@ -346,7 +340,7 @@ class PlanRun {
   DeformedShape shape_;
   std::optional<DeformedShape> reference_;  // at the standard accuracy, if strokes read that surface
   std::size_t strokes_read_ = 0;            // by the reference
-  session_detail::ExactImage image_;
+  detail::ExactImage image_;
   std::uint64_t work_ = 0;              // segments done
   std::optional<DeformedShape> plain_;  // the shape without layers kept, if a wall keeps them
   int frame_ = 0;
@@ -376,7 +370,7 @@ void require_inverse(const Session& session, const ReplayOptions& options) {
 
 ReplayResult run_forthwith(const std::shared_ptr<const Mesh>& mesh, const Session& session,
                            const ReplayOptions& options) {
-  return PlanRun(mesh, session, options, session_detail::make_plan(*mesh, session, options)).run();
+  return PlanRun(mesh, session, options, detail::make_plan(*mesh, session, options)).run();
 }
 
 Plan without_frames(Plan plan) {
@@ -437,18 +431,18 @@ Replay::Replay(std::shared_ptr<const Mesh> mesh, const Session& session, const R
 
 Replay::~Replay() = default;
 
-bool Replay::remeshes() const { return session_detail::remeshes(*mesh_, session_, options_); }
+bool Replay::remeshes() const { return detail::remeshes(*mesh_, session_, options_); }
 
 std::vector<std::string> Replay::warnings() const {
   std::vector<std::string> result;
-  for (const SessionStroke* stroke : session_detail::strokes_in(session_, options_.part)) {
+  for (const SessionStroke* stroke : detail::strokes_in(session_, options_.part)) {
     add_warnings(session_, *stroke, result);
   }
   return result;
 }
 
 Plan& Replay::plan() {
-  if (!plan_) plan_ = std::make_unique<Plan>(session_detail::make_plan(*mesh_, session_, options_));
+  if (!plan_) plan_ = std::make_unique<Plan>(detail::make_plan(*mesh_, session_, options_));
   return *plan_;
 }
 
@@ -495,12 +489,12 @@ bool needs_faces(const Session& session) {
 }
 
 Flow flow_of(const Session& session, const SessionPart& part, int threads) {
-  session_detail::require_flow_alone(session);
+  detail::require_flow_alone(session);
   for (const SessionStroke& stroke : session.strokes) at_line(session, stroke, [&] { require_flow(stroke); });
   ReplayOptions options;
   options.part = part;
   options.motion.threads = threads;
-  Plan plan = session_detail::make_plan({}, session, options);
+  Plan plan = detail::make_plan({}, session, options);
   Flow flow;
   Mask mask;  // forwards; backwards the plan has it
   for (PlannedStroke& planned : plan.strokes) {

@@ -1,8 +1,6 @@
 // Replays whose vertices something else moves.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "knead/mesh.h"
 #include "knead/replay.h"
 #include "knead/session.h"

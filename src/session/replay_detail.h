@@ -13,7 +13,7 @@
 #include "knead/replay.h"
 #include "session/stroke_run.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 // A stroke that is applied, wholly or in part.
 struct PlannedStroke {
@@ -90,4 +90,4 @@ auto at_line(const Session& session, const SessionStroke& stroke, const Function
   }
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

@@ -6,16 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <utility>
 #include <vector>
 
 #include "knead/editor/tools.h"
 #include "knead/error.h"
+#include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "session/deformed_shape_detail.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -196,4 +195,4 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
   return plan;
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

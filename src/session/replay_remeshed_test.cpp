@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <numeric>
 
 #include "knead/error.h"
 #include "knead/mesh.h"
@@ -318,10 +316,10 @@ TEST(ReplayRemeshed, PointCloudsAndInversesKeepTheirPointsWithAWarning) {
   EXPECT_TRUE(points.warnings[0].starts_with("a point cloud has no faces")) << points.warnings[0];
   ReplayOptions back = remeshing();
   back.part.direction = Direction::backwards;
-  const ReplayResult taken_back = replay(ball(), session, back);
-  EXPECT_FALSE(taken_back.shape.is_remeshed());
-  ASSERT_EQ(taken_back.warnings.size(), 1u);
-  EXPECT_TRUE(taken_back.warnings[0].starts_with("a session that is applied backwards")) << taken_back.warnings[0];
+  const ReplayResult restored = replay(ball(), session, back);
+  EXPECT_FALSE(restored.shape.is_remeshed());
+  ASSERT_EQ(restored.warnings.size(), 1u);
+  EXPECT_TRUE(restored.warnings[0].starts_with("a session that is applied backwards")) << restored.warnings[0];
 }
 
 TEST(ReplayRemeshed, RefusesSettingsOutOfRange) {

@@ -2,10 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <span>
 
-#include "io/numbers.h"
 #include "io/text.h"
 #include "knead/editor/tools.h"
 #include "knead/io.h"
@@ -58,10 +56,7 @@ Session without_off(Session session) {
 
 namespace {
 
-using session_detail::JsonObject;
-using session_detail::JsonValue;
-using session_detail::key_text;
-using session_detail::line_of;
+using namespace detail;
 
 constexpr int kFormatVersion = 1;
 // Bytes of a line: a hundred thousand samples of a painted stroke are some 10 MB, and hold 25 times as much in memory.
@@ -70,14 +65,14 @@ constexpr std::string_view kBlanks = " \t\r\n";
 
 SessionStroke read_numbers(const JsonValue& line, const Place& place) {
   const JsonObject event(line, place, place.line > 0 ? "an event" : "a stroke");
-  const Tool* tool = session_detail::event_tool(event);
-  if (tool == nullptr || event.has("tool")) return session_detail::read_stroke(line, place);
+  const Tool* tool = detail::event_tool(event);
+  if (tool == nullptr || event.has("tool")) return detail::read_stroke(line, place);
   event.allow({tool->name});
-  return session_detail::read_event_stroke(*tool, event.at(tool->name), place);
+  return detail::read_event_stroke(*tool, event.at(tool->name), place);
 }
 
 SessionStroke read_stroke_line(const Json& line, std::span<const Parameter> parameters, const Place& place) {
-  session_detail::FilledLine filled = session_detail::fill_in(line, parameters, place);
+  detail::FilledLine filled = detail::fill_in(line, parameters, place);
   SessionStroke stroke = read_numbers(JsonValue(filled.line, "", place), place);
   stroke.uses = std::move(filled.uses);
   for (ParameterUse& use : stroke.uses) use.numbers = key_text(stroke, use.key);
@@ -128,7 +123,7 @@ class SessionReader {
   explicit SessionReader(const std::string& name) : place_{name, 0} { session_.name = name; }
 
   Session read(std::string_view rest) {
-    rest.remove_prefix(io_detail::text_begin(rest, place_.file));
+    rest.remove_prefix(detail::text_begin(rest, place_.file));
     while (rest.find_first_not_of(kBlanks) != std::string_view::npos) {
       const Line line = next_line(rest);
       ++place_.line;
@@ -139,7 +134,7 @@ class SessionReader {
       if (line.text.find_first_not_of(kBlanks) == std::string_view::npos) {
         throw InvalidInput(place_, "the line is empty; every line must be a JSON object");
       }
-      const std::optional<Json> json = session_detail::parse_line(line.text, place_);
+      const std::optional<Json> json = detail::parse_line(line.text, place_);
       if (json) {
         read_line(JsonValue(*json, "", place_));
       } else {
@@ -203,14 +198,14 @@ class SessionReader {
     }
     if (header.has("note")) session_.note = header.at("note").text();
     if (header.has("parameters")) {
-      session_.parameters = session_detail::read_parameters(header.at("parameters"), place_);
+      session_.parameters = detail::read_parameters(header.at("parameters"), place_);
     }
     if (header.has("walls")) session_.walls = read_walls(header.at("walls"), place_);
   }
 
   void read_event(const JsonValue& line) {
     const JsonObject event(line, place_, "an event");
-    if (event.has("tool") || session_detail::event_tool(event) != nullptr) {
+    if (event.has("tool") || detail::event_tool(event) != nullptr) {
       add(read_stroke_line(line.json(), session_.parameters, place_));
     } else if (event.has("undo")) {
       event.allow({"undo"});
@@ -220,7 +215,7 @@ class SessionReader {
       move_last(event.at("redo"), undone_, session_.strokes, "to be redone");
     } else if (event.has("remesh")) {
       event.allow({"remesh"});
-      remesh_ = session_detail::read_remesh(event.at("remesh"), place_);
+      remesh_ = detail::read_remesh(event.at("remesh"), place_);
     } else {
       event.allow({"tool", "relax", "mask", "undo", "redo", "remesh"});
       throw InvalidInput(
@@ -302,13 +297,13 @@ SessionStroke parse_stroke(std::string_view text, const std::string& name, std::
   const std::size_t first = text.find_first_not_of(kBlanks);
   const bool is_words = first != std::string_view::npos && std::isalpha(static_cast<unsigned char>(text[first])) != 0;
   const std::optional<Json> json =
-      is_words ? std::optional(stroke_of_words(text, place)) : session_detail::parse_line(text, place);
+      is_words ? std::optional(stroke_of_words(text, place)) : detail::parse_line(text, place);
   if (!json || !json->is_object()) throw InvalidInput(place, "a stroke must be a JSON object {...}");
   return read_stroke_line(*json, parameters, place);
 }
 
 Session with_values(Session session, const ParameterValues& values) {
-  session.parameters = session_detail::changed(std::move(session.parameters), values, Place{session.name});
+  session.parameters = detail::changed(std::move(session.parameters), values, Place{session.name});
   for (SessionStroke& stroke : session.strokes) {
     if (stroke.uses.empty()) continue;
     const Place place{session.name, stroke.line};

@@ -48,7 +48,7 @@ template <class T>
 std::string text_of(const SharedList<T>& items) {
   if (items.empty()) return "";
   const std::string_view bytes(reinterpret_cast<const char*>(items.data()), items.size() * sizeof(T));
-  return '"' + io_detail::to_base64(bytes) + '"';
+  return '"' + detail::to_base64(bytes) + '"';
 }
 
 std::string text_of(const PoseItem& item);
@@ -223,7 +223,7 @@ std::string text_of(const std::optional<RemeshSettings>& settings) {
 // With the names of parameters where the session can be read so.
 std::string line_in(const Session& session, const SessionStroke& stroke) {
   if (stroke.uses.empty() || session.parameters.empty()) return stroke_line(stroke);
-  std::string line = session_detail::line_of(stroke, true);
+  std::string line = detail::line_of(stroke, true);
   try {
     const std::string read = stroke_line(parse_stroke(line, session.name, session.parameters));
     if (read == stroke_line(stroke)) return line;
@@ -260,9 +260,9 @@ std::string header_line(const std::optional<std::string>& mesh, const std::optio
 
 std::string stroke_line(const Stroke& stroke) { return stroke_line(SessionStroke{stroke}); }
 
-std::string stroke_line(const SessionStroke& stroke) { return session_detail::line_of(stroke, false); }
+std::string stroke_line(const SessionStroke& stroke) { return detail::line_of(stroke, false); }
 
-namespace session_detail {
+namespace detail {
 
 std::string key_text(const SessionStroke& stroke, std::string_view key) {
   if (key == "strength") return text_of(stroke.strength);
@@ -313,7 +313,7 @@ std::string line_of(const SessionStroke& stroke, bool names_parameters) {
   return event.finish();
 }
 
-}  // namespace session_detail
+}  // namespace detail
 
 std::string stroke_values(const SessionStroke& stroke) {
   Stroke own = stroke.stroke;

@@ -11,7 +11,7 @@
 #include "io/numbers.h"
 #include "io/text.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 void JsonValue::fail(const std::string& expected) const {
   throw InvalidInput(place_, fmt::format("{} must be {}, got {}", name_, expected, described(value_)));
@@ -19,7 +19,7 @@ void JsonValue::fail(const std::string& expected) const {
 
 double JsonValue::number() const {
   double quoted = 0;
-  const bool is_quoted = value_.is_text() && io_detail::parse_real(value_.text(), quoted) == io_detail::ParseResult::ok;
+  const bool is_quoted = value_.is_text() && parse_real(value_.text(), quoted) == ParseResult::ok;
   if (!value_.is_number()) fail(is_quoted ? "a number, without quotes" : "a number");
   return value_.number();
 }
@@ -279,7 +279,7 @@ struct ReadValue {
   template <class T>
   SharedList<T> list(std::string_view what) const {
     if (!json.is_text()) json.fail("numbers as base64, text in double quotes");
-    const std::optional<std::string> bytes = io_detail::from_base64(json.text());
+    const std::optional<std::string> bytes = from_base64(json.text());
     if (!bytes) throw InvalidInput(place, json.name() + " is no base64");
     if (bytes->size() % sizeof(T) != 0) {
       throw InvalidInput(place, fmt::format("{} must hold {}, got {} bytes", json.name(), what, bytes->size()));
@@ -449,4 +449,4 @@ std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& p
   return settings;
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

@@ -17,7 +17,7 @@
 #include "knead/session.h"
 #include "knead/vec.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 // The value of a key, or an item of it, with its name for messages.
 class JsonValue {
@@ -117,4 +117,4 @@ std::string line_of(const SessionStroke& stroke, bool names_parameters);
 // none.
 std::string key_text(const SessionStroke& stroke, std::string_view key);
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

@@ -20,13 +20,9 @@
 #include "strokes/mirror.h"
 #include "strokes/suffix.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 namespace {
-
-using tool_detail::segments_of;
-using tool_detail::SurfaceRun;
-using tool_detail::with_row;
 
 // The speed of the flow along a mask's border from which on there is a warning, relative to the tool's speed.
 constexpr double kFastBorder = 2;
@@ -43,9 +39,7 @@ std::vector<Vec3d> places_near(const Mask& mask, std::span<const Vec3d> points) 
   const Box box = mask.box();
   std::vector<Vec3d> near;
   for (const Vec3d& p : points) {
-    const bool inside = p.x >= box.min.x && p.y >= box.min.y && p.z >= box.min.z && p.x <= box.max.x &&
-                        p.y <= box.max.y && p.z <= box.max.z;
-    if (inside) near.push_back(p);
+    if (contains(box, p)) near.push_back(p);
   }
   const std::size_t stride = (near.size() + kMaxPlaces - 1) / kMaxPlaces;
   if (stride <= 1) return near;
@@ -158,7 +152,7 @@ void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
 // Refuses vertices given by numbers once remeshing has changed the numbers.
 void require_no_numbers(Stroke stroke) {
   for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
-    const std::string instead = tool_detail::instead_of_vertices(key);
+    const std::string instead = instead_of_vertices(key);
     if (instead.empty()) continue;
     throw InvalidInput(fmt::format(
         "\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; {}", key.name, instead));
@@ -200,7 +194,7 @@ Flow without_limit_cylinders(Flow flow) {
 // Returns the flow without limit cylinders, and of sums only with the given parts.
 Flow without_limit_cylinders(Flow flow, unsigned parts) {
   for (Segment& segment : flow.segments) {
-    if (!segment.parts.empty()) segment = detail::chosen_parts(segment, parts);
+    if (!segment.parts.empty()) segment = chosen_parts(segment, parts);
   }
   return without_limit_cylinders(std::move(flow));
 }
@@ -364,10 +358,10 @@ void StrokeRun::warn_of_border() {
   if (shape_.mask().is_empty() || stroke_.flow.segments.empty()) return;
   const std::vector<Vec3d>& positions = shape_.positions();
   const std::vector<Vec3d> near = places_near(shape_.mask(), positions);
-  detail::BorderSpeed fastest;
+  BorderSpeed fastest;
   const std::size_t stride = (stroke_.flow.segments.size() + kMaxSegments - 1) / kMaxSegments;
   for (std::size_t i = 0; i < stroke_.flow.segments.size(); i += stride) {
-    const detail::BorderSpeed speed = detail::border_speed(stroke_.flow.segments[i], near);
+    const BorderSpeed speed = border_speed(stroke_.flow.segments[i], near);
     if (speed.at_border * fastest.of_tool > fastest.at_border * speed.of_tool || fastest.of_tool == 0) fastest = speed;
   }
   if (!(fastest.at_border > kFastBorder * fastest.of_tool)) return;
@@ -486,13 +480,13 @@ std::vector<unsigned> StrokeRun::parts_that_moved() const {
   return parts;
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail
 
 namespace knead {
 
 StrokeOutcome DeformedShape::apply(const SessionStroke& stroke, const std::filesystem::path& folder,
                                    Progress* progress) {
-  session_detail::StrokeRun run(session_detail::prepare_stroke(stroke, folder), {}, *this, progress);
+  detail::StrokeRun run(detail::prepare_stroke(stroke, folder), {}, *this, progress);
   run.begin();
   run.finish();
   std::vector<std::string> known = warnings(run.stroke().stroke());

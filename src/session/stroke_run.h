@@ -5,14 +5,13 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "knead/editor/shape_state.h"
 #include "knead/editor/tools.h"
 #include "strokes/print.h"
 
-namespace knead::session_detail {
+namespace knead::detail {
 
 // A stroke that is ready to be applied.
 struct PreparedStroke {
@@ -116,4 +115,4 @@ class StrokeRun {
   std::optional<Remeshed> remeshed_;
 };
 
-}  // namespace knead::session_detail
+}  // namespace knead::detail

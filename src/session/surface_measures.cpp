@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "flow/taped.h"
-#include "knead/derivatives.h"
 #include "knead/error.h"
 #include "knead/flow.h"
+#include "knead/replay.h"
 
 namespace knead {
 namespace {

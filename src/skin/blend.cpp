@@ -5,12 +5,12 @@
 #include <cmath>
 
 #include "knead/error.h"
-#include "knead/skin.h"
+#include "knead/fit.h"
 #include "skin/rigid.h"
 
 namespace knead {
 
-using namespace skin_detail;
+using namespace detail;
 
 namespace {
 

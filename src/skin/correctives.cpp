@@ -1,18 +1,17 @@
 // Corrective shapes: the error of linear blend, joint by joint.
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "knead/error.h"
-#include "knead/skin.h"
+#include "knead/fit.h"
 #include "math/elementary.h"
 #include "skin/joints.h"
 #include "skin/rigid.h"
 
 namespace knead {
 
-using namespace skin_detail;
+using namespace detail;
 
 namespace {
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -10,17 +9,18 @@
 
 #include "io/gltf/gltf.h"
 #include "knead/error.h"
-#include "knead/skin.h"
+#include "knead/fit.h"
+#include "knead/io.h"
 #include "math/elementary.h"
 #include "skin/rigid.h"
 
 namespace knead {
 
-using namespace skin_detail;
+using namespace detail;
 
 namespace {
 
-namespace gltf = io_detail::gltf;
+namespace gltf = detail::gltf;
 using gltf::Document;
 using gltf::Value;
 
@@ -166,7 +166,7 @@ struct Nodes {
 class Reader {
  public:
   Reader(const ShapeFile& shape, std::size_t animation)
-      : layout_(io_detail::layout_of<gltf::Layout>(shape)), animation_(animation) {
+      : layout_(detail::layout_of<gltf::Layout>(shape)), animation_(animation) {
     document_ = std::make_unique<Document>(gltf::open_source(shape));
   }
 

@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "knead/animation.h"
 #include "knead/error.h"
+#include "knead/fit.h"
 #include "knead/io.h"
-#include "knead/skin.h"
 
 namespace knead::gltf_skin_test {
 namespace {

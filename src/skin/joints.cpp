@@ -10,7 +10,7 @@
 
 #include "knead/vec.h"
 
-namespace knead::skin_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -383,4 +383,4 @@ std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices) {
   return parents;
 }
 
-}  // namespace knead::skin_detail
+}  // namespace knead::detail

@@ -4,17 +4,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "knead/fit.h"
 #include "knead/mesh.h"
-#include "knead/skin.h"
 #include "skin/rigid.h"
 
-namespace knead::skin_detail {
+namespace knead::detail {
 
 // Bones that move together, and their motion against the limb before them.
 struct SkinLimb {
@@ -69,4 +68,4 @@ Joints find_joints(std::span<const Vec3d> positions, std::span<const Triangle> t
 // vertices.
 std::vector<std::int32_t> parents_of(const Skin& skin, std::size_t vertices);
 
-}  // namespace knead::skin_detail
+}  // namespace knead::detail

@@ -1,11 +1,9 @@
 // Rigid motions: nearest rotations, and screws.
 #include "skin/rigid.h"
 
-#include <numbers>
-
 #include "math/elementary.h"
 
-namespace knead::skin_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -85,4 +83,4 @@ Rigid Screw::at(double part) const {
   return {turn, center - turn * center + slide * part};
 }
 
-}  // namespace knead::skin_detail
+}  // namespace knead::detail

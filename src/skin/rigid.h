@@ -1,28 +1,11 @@
 // Rigid motions as quaternions, and the screw between two of them. Internal to the skin module.
 #pragma once
 
-#include <cmath>
-
-#include "knead/skin.h"
+#include "knead/fit.h"
 #include "knead/vec.h"
 #include "math/geometry.h"
 
-namespace knead::skin_detail {
-
-// A unit quaternion.
-struct Quaternion {
-  double w = 1;
-  Vec3d v{0, 0, 0};  // the axis times the sine of half the angle
-};
-
-inline Quaternion operator*(const Quaternion& a, const Quaternion& b) {
-  return {a.w * b.w - dot(a.v, b.v), b.v * a.w + a.v * b.w + cross(a.v, b.v)};
-}
-inline Quaternion inverse(const Quaternion& q) { return {q.w, -q.v}; }
-inline Vec3d operator*(const Quaternion& q, const Vec3d& p) {
-  const Vec3d t = cross(q.v, p) * 2.0;
-  return p + t * q.w + cross(q.v, t);
-}
+namespace knead::detail {
 
 // p -> turn * p + offset.
 struct Rigid {
@@ -75,4 +58,4 @@ Screw screw_of(const Rigid& motion, const Vec3d& near);
 // Returns the angle of a turn, radians from 0 to pi.
 double angle_of(const Quaternion& turn);
 
-}  // namespace knead::skin_detail
+}  // namespace knead::detail

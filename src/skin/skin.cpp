@@ -1,5 +1,5 @@
 // pose_skin(): stages of near-rigid flows, and the volume that flat triangles lose.
-#include "knead/skin.h"
+#include "knead/fit.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,7 +9,6 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <span>
 #include <utility>
 
@@ -25,7 +24,7 @@
 
 namespace knead {
 
-using namespace skin_detail;
+using namespace detail;
 
 namespace {
 
@@ -129,7 +128,7 @@ class Poser {
     surface.positions = positions_;
     surface.triangles = near;
     std::vector<std::string> warnings;
-    problem.body = tool_detail::body_of(surface, problem.spacing, kInsideSamples, options_.threads, warnings);
+    problem.body = detail::body_of(surface, problem.spacing, kInsideSamples, options_.threads, warnings);
     mark_held(moving, problem.body);
     if (!joints_.is_thin[stage]) stiffen_bones(moving, problem.body);  // fingers beside each other must deform
     add_limbs(stage, moving, near, problem);
@@ -235,7 +234,7 @@ class Poser {
     std::vector<Vec3d> places;
     places.reserve(losses.size());
     for (const EdgeLoss& loss : losses) places.push_back(loss.place);
-    const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(problem.body.points, places);
+    const std::vector<std::uint32_t> nearest = detail::nearest_of(problem.body.points, places);
     std::vector<double> growth(problem.body.points.size(), 0.0);
     for (std::size_t i = 0; i < losses.size(); ++i) growth[nearest[i]] += losses[i].volume;
     const double most = usual_size(growth);
@@ -380,7 +379,7 @@ class Poser {
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (points[i].empty()) continue;
-      problem.limbs.push_back({i, moving[i], tool_detail::part_of(points[i], problem.spacing).points});
+      problem.limbs.push_back({i, moving[i], detail::part_of(points[i], problem.spacing).points});
     }
   }
 
@@ -417,7 +416,7 @@ class Poser {
 
   // Marks the samples whose nearest vertex rests.
   void mark_held(const std::vector<bool>& moving, BodySamples& body) const {
-    const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
+    const std::vector<std::uint32_t> nearest = detail::nearest_of(positions_, body.points);
     for (const std::uint32_t v : nearest) {
       const std::optional<std::size_t> own = rigid_body(v);
       body.held.push_back(own && !moving[*own]);
@@ -426,7 +425,7 @@ class Poser {
 
   // Makes moving limbs stiffer than flesh, so that other limbs do not flatten them.
   void stiffen_bones(const std::vector<bool>& moving, BodySamples& body) const {
-    const std::vector<std::uint32_t> nearest = tool_detail::nearest_of(positions_, body.points);
+    const std::vector<std::uint32_t> nearest = detail::nearest_of(positions_, body.points);
     for (std::size_t i = 0; i < nearest.size(); ++i) {
       const std::optional<std::size_t> own = rigid_body(nearest[i]);
       if (own && moving[*own]) body.stiffness[i] *= kBoneStiffness;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "json/json.h"
-#include "knead/skin.h"
+#include "knead/fit.h"
 #include "strokes/pose.h"
 
 namespace knead {

@@ -1,5 +1,5 @@
 // Poses of skins: rigid bones, kept volume, correctives, and the blends they are compared with.
-#include "knead/skin.h"
+#include "knead/fit.h"
 
 #include <gtest/gtest.h>
 
@@ -186,8 +186,8 @@ TEST(Skin, JointsOfSimilarSizeTurnTogether) {
 TEST(Skin, FleshIsFreeOnlyWhereTheStageTurns) {
   const Arm arm = tapered_arm(0.27);
   const std::vector<BoneTurn> turns{{1, {0, 0, 1}, 10}, {2, {0, 0, 1}, 10}};
-  const skin_detail::Joints joints =
-      skin_detail::find_joints(arm.mesh.positions, triangulate(arm.mesh), arm.skin, turned_pose(arm.skin, turns), 0);
+  const detail::Joints joints =
+      detail::find_joints(arm.mesh.positions, triangulate(arm.mesh), arm.skin, turned_pose(arm.skin, turns), 0);
   ASSERT_EQ(joints.stages, 2U);
   constexpr double kRigid = 0.9;
   for (std::size_t v = 0; v < arm.mesh.vertex_count(); ++v) {

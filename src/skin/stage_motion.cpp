@@ -8,13 +8,9 @@
 
 #include "pose/pose_motion.h"
 
-namespace knead::skin_detail {
+namespace knead::detail {
 
 namespace {
-
-using detail::Lattice;
-using detail::NearRigidSystem;
-using detail::VelocityRows;
 
 // Weights of all rows of a limb together, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kLimbWeight = 20000;
@@ -39,18 +35,18 @@ class StageMotion {
     for (const Rigid& motion : first) back_.push_back(inverse(motion));
   }
 
-  Flow run(std::size_t& unknowns, detail::SoundReach& reach) {
+  Flow run(std::size_t& unknowns, SoundReach& reach) {
     std::vector<double> times;
     const auto count = static_cast<double>(problem_.steps);
     for (std::size_t k = 0; k <= problem_.steps; ++k) times.push_back(static_cast<double>(k) / count);
     times.push_back(1);
-    detail::SteppedMotion motion;
+    SteppedMotion motion;
     motion.solve = [&](double from, double to) { return solve(from, to, unknowns); };
     motion.take = [this](const PotentialGrid& grid) { return take(grid); };
     motion.set_spacing = [this, first = problem_.spacing](double factor) {
       problem_.spacing = lattice_.spacing = factor * first;
     };
-    reach = detail::step_soundly(times, detail::in_parts(std::move(motion)));
+    reach = step_soundly(times, in_parts(std::move(motion)));
     problem_.body.strain.clear();
     problem_.body.stiffness = std::move(stiffness_);
     for (std::size_t i = 0; i < now_.size(); ++i) problem_.limbs[i].points = std::move(now_[i]);
@@ -63,7 +59,7 @@ class StageMotion {
     stop_if_cancelled(problem_.progress);
     const std::vector<VelocityRows> rows = rows_of(from, to);
     std::vector<Vec3d> before = before_;
-    detail::find_surroundings(problem_.body, before, rows, problem_.spacing);
+    find_surroundings(problem_.body, before, rows, problem_.spacing);
     want_strain_undone();
     const NearRigidSystem system(lattice_, problem_.body, rows, problem_.threads, problem_.progress);
     unknowns = std::max(unknowns, system.unknowns());
@@ -221,7 +217,7 @@ class StageMotion {
 
 }  // namespace
 
-Flow stage_flow(StageProblem& problem, std::size_t& unknowns, detail::SoundReach& reach) {
+Flow stage_flow(StageProblem& problem, std::size_t& unknowns, SoundReach& reach) {
   return StageMotion(problem).run(unknowns, reach);
 }
 
@@ -234,7 +230,7 @@ PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> grow
     list.weight = kHoldWeight / static_cast<double>(limb.points.size());
     list.rests = true;
   }
-  detail::BodySamples body = problem.body;
+  BodySamples body = problem.body;
   body.growth = std::move(growth);
   body.growth_weight = kGrowthWeight;
   Lattice lattice;
@@ -242,4 +238,4 @@ PotentialGrid growing_grid(const StageProblem& problem, std::vector<double> grow
   return NearRigidSystem(lattice, body, rows, problem.threads, problem.progress).solve(rows);
 }
 
-}  // namespace knead::skin_detail
+}  // namespace knead::detail

@@ -1,5 +1,5 @@
 // Gaussian splats under a Jacobian: covariances, axes and harmonics, against formulas written in another form.
-#include "knead/splats.h"
+#include "knead/mesh.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

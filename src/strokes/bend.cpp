@@ -23,7 +23,6 @@ namespace knead {
 namespace {
 
 using namespace detail;
-using namespace tool_detail;
 
 constexpr double kEnd = 0.03;           // of the zone's width, at both its ends, stays straight
 constexpr double kSpacing = 0.06;       // of the grids, of the diagonal; less where the zone is short
@@ -578,17 +577,17 @@ PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int thread
   return std::move(bend.result);
 }
 
-constinit const tool_detail::ToolRow<BendStroke> BendStroke::tool{.name = "bend",
-                                                                  .keys = keys,
-                                                                  .prepare = prepare,
-                                                                  .validate = validate,
-                                                                  .reads_surface = reads_surface,
-                                                                  .resolve = resolve,
-                                                                  .flow = flow_of,
-                                                                  .warn = warn,
-                                                                  .words = words,
-                                                                  .keep_zone = keep_zone,
-                                                                  .zone = zone,
-                                                                  .set_zone = set_zone};
+constinit const detail::ToolRow<BendStroke> BendStroke::tool{.name = "bend",
+                                                             .keys = keys,
+                                                             .prepare = prepare,
+                                                             .validate = validate,
+                                                             .reads_surface = reads_surface,
+                                                             .resolve = resolve,
+                                                             .flow = flow_of,
+                                                             .warn = warn,
+                                                             .words = words,
+                                                             .keep_zone = keep_zone,
+                                                             .zone = zone,
+                                                             .set_zone = set_zone};
 
 }  // namespace knead

@@ -9,7 +9,7 @@
 #include "knead/field.h"
 #include "strokes/describe.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -95,4 +95,4 @@ Vec3d unit(const Vec3d& v) {
   return normalized(v / largest);
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

@@ -6,7 +6,7 @@
 
 #include "mesh/edges.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -191,4 +191,4 @@ std::vector<Part> connected_parts(std::span<const Vec3d> points, std::span<const
   return parts;
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

@@ -7,7 +7,7 @@
 
 #include "knead/vec.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // Elements by their number: the points first, then the curves.
 struct Part {
@@ -25,4 +25,4 @@ std::vector<Part> connected_parts(std::span<const Vec3d> points, std::span<const
 // Returns the squared distance of two line segments; a segment's ends may coincide.
 double squared_segment_distance(const Vec3d& a0, const Vec3d& a1, const Vec3d& b0, const Vec3d& b1);
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

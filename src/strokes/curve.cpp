@@ -6,7 +6,6 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +18,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 std::vector<StrokeKey> keys(CurveStroke& s) {
   return {
@@ -188,16 +187,16 @@ std::vector<Vec3d> longest_axis(const Box& box, std::size_t count) {
   return points_on_line({line.front(), line.back()}, count);
 }
 
-constinit const tool_detail::ToolRow<CurveStroke> CurveStroke::tool{.name = "curve",
-                                                                    .keys = keys,
-                                                                    .validate = validate,
-                                                                    .reads_surface = reads_surface,
-                                                                    .resolve = resolve,
-                                                                    .reads_once = true,
-                                                                    .check = check,
-                                                                    .check_inverse = check_inverse_of_curve,
-                                                                    .flow = flow_of,
-                                                                    .words = words,
-                                                                    .prolong = prolong};
+constinit const detail::ToolRow<CurveStroke> CurveStroke::tool{.name = "curve",
+                                                               .keys = keys,
+                                                               .validate = validate,
+                                                               .reads_surface = reads_surface,
+                                                               .resolve = resolve,
+                                                               .reads_once = true,
+                                                               .check = check,
+                                                               .check_inverse = check_inverse_of_curve,
+                                                               .flow = flow_of,
+                                                               .words = words,
+                                                               .prolong = prolong};
 
 }  // namespace knead

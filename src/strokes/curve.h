@@ -8,7 +8,7 @@
 #include "knead/flow.h"
 #include "knead/stroke.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // The number of intervals of the splines: for an arc or twist of a line between two points; and for other lines.
 inline constexpr int kArcIntervals = 32;
@@ -35,4 +35,4 @@ void check_inverse_of_curve(const CurveStroke& stroke, const LiveSurface& surfac
 // Replaces the radius "auto" by that of propose_limit_cylinder about the line. Throws InvalidInput if there is none.
 void find_radius(CurveStroke& stroke, const LiveSurface& surface, std::vector<std::string>& remarks);
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

@@ -11,12 +11,9 @@
 #include "knead/error.h"
 #include "strokes/curve.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
-
-using detail::CurvePoint;
-using detail::CurveTable;
 
 constexpr int kSlices = 96;        // along the curve
 constexpr int kSlicesBeyond = 24;  // at most, beyond an end
@@ -386,7 +383,7 @@ void check_curve(const CurveStroke& stroke, const CurveStroke& given, const Live
 
 void check_inverse_of_curve(const CurveStroke& stroke, const LiveSurface& surface) {
   // An edge inside half a turn at half its radius is shorter than the curve by pi.
-  constexpr double kMostPerEdge = 4;
+  constexpr double kMaxLengthPerEdge = 4;
   const CurveMotion motion = motion_of(stroke);
   const CurveTable<double> table(motion, surface.part);
   const std::vector<double> lengths = lengths_of(table);
@@ -408,7 +405,7 @@ void check_inverse_of_curve(const CurveStroke& stroke, const LiveSurface& surfac
       const std::uint32_t b = t[(i + 1) % 3];
       if (!along[a] || !along[b]) continue;
       const Vec3d edge = surface.positions[b] - surface.positions[a];
-      if (!(std::abs(*along[b] - *along[a]) > kMostPerEdge * norm(edge))) continue;
+      if (!(std::abs(*along[b] - *along[a]) > kMaxLengthPerEdge * norm(edge))) continue;
       const Vec3d& at = surface.positions[a];
       throw InvalidInput(fmt::format(
           "the stroke has no inverse for this shape: near [{:.4g}, {:.4g}, {:.4g}] the next turn of the curve is "
@@ -430,4 +427,4 @@ void find_radius(CurveStroke& stroke, const LiveSurface& surface, std::vector<st
   stroke.radius_auto = false;
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

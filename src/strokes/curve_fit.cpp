@@ -12,7 +12,7 @@
 #include "strokes/curve.h"
 #include "strokes/describe.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -361,14 +361,14 @@ CurveMotion motion_of(const CurveStroke& stroke) {
   return motion;
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail
 
 namespace knead {
 
 std::vector<Vec3d> points_on_line(std::vector<Vec3d> points, std::size_t count) {
   points.erase(std::unique(points.begin(), points.end()), points.end());
   if (points.size() < 2) return points;
-  const tool_detail::SmoothCurve curve(points);
+  const detail::SmoothCurve curve(points);
   std::vector<Vec3d> result;
   for (std::size_t i = 0; i < count; ++i) {
     result.push_back(curve.at(curve.length() * static_cast<double>(i) / static_cast<double>(count - 1)).point);
@@ -386,18 +386,18 @@ std::vector<Vec3d> smoothed_line(const std::vector<Vec3d>& drawn, const std::vec
   double length = 0;
   for (std::size_t i = 1; i < drawn.size(); ++i) length += norm(drawn[i] - drawn[i - 1]);
   if (!(length > 0)) return {};
-  const std::vector<Vec3d> even = tool_detail::along_polyline(drawn, kIntervals);
-  const double tightest = kTightest / tool_detail::thickness_about(from, positions);
+  const std::vector<Vec3d> even = detail::along_polyline(drawn, kIntervals);
+  const double tightest = kTightest / detail::thickness_about(from, positions);
   std::vector<Vec3d> line;
   for (double width = kMinWidth; width < kMaxWidth; width *= kWider) {
     // Once more what the first time took away: so an arc keeps its radius.
-    const std::vector<Vec3d> once = tool_detail::blurred(even, width * kIntervals);
-    const std::vector<Vec3d> twice = tool_detail::blurred(once, width * kIntervals);
+    const std::vector<Vec3d> once = detail::blurred(even, width * kIntervals);
+    const std::vector<Vec3d> twice = detail::blurred(once, width * kIntervals);
     line = once;
     for (std::size_t i = 0; i < line.size(); ++i) line[i] += once[i] - twice[i];
     line = points_on_line(std::move(line), kPointsOfLine);
     if (line.size() < 2) return {};
-    if (tool_detail::greatest_curvature(line) <= tightest) break;
+    if (detail::greatest_curvature(line) <= tightest) break;
   }
   const double there = norm2(line.front() - from.front()) + norm2(line.back() - from.back());
   const double back = norm2(line.back() - from.front()) + norm2(line.front() - from.back());
@@ -409,7 +409,7 @@ std::size_t points_between_handles(const std::vector<Vec3d>& line, std::span<con
   constexpr double kLong = 10;  // of the thickness
   double length = 0;
   for (std::size_t i = 1; i < line.size(); ++i) length += norm(line[i] - line[i - 1]);
-  const bool is_long = length > kLong * tool_detail::thickness_about(line, positions);
+  const bool is_long = length > kLong * detail::thickness_about(line, positions);
   return (kPointsOfLine - 1) / (is_long ? 4 : 2);
 }
 

@@ -17,7 +17,7 @@ namespace knead {
 struct GreyPattern;  // strokes/print.h
 }
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // Checks of a stroke's numbers. Every failure is an InvalidInput whose message begins with the key in quotes and says
 // what was expected and what was got.
@@ -231,4 +231,4 @@ std::optional<StrokeZone> zone_of(const Stroke& stroke);
 // Applies a twist or bend with the radius "auto": finds the radius.
 void resolve_radius(const Stroke& stroke, SurfaceRun& run);
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

@@ -12,7 +12,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 std::vector<StrokeKey> keys(GridStroke& s) {
   return {{"origin", Quantity::finite, &s.grid.origin},
@@ -103,12 +103,12 @@ void move(GridStroke& stroke, const std::optional<Vec3d>& signs, const PlaceMap&
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<GridStroke> GridStroke::tool{.name = "grid",
-                                                                  .keys = keys,
-                                                                  .validate = validate,
-                                                                  .flow = flow_of,
-                                                                  .words = words,
-                                                                  .prolong = prolong,
-                                                                  .move = move};
+constinit const detail::ToolRow<GridStroke> GridStroke::tool{.name = "grid",
+                                                             .keys = keys,
+                                                             .validate = validate,
+                                                             .flow = flow_of,
+                                                             .words = words,
+                                                             .prolong = prolong,
+                                                             .move = move};
 
 }  // namespace knead

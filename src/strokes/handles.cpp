@@ -14,7 +14,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 // A warning says if the distance between the moving and the fixed set falls below this fraction of that at the start.
 constexpr double kClosePass = 0.1;
@@ -234,15 +234,15 @@ std::string words(const HandlesStroke& stroke, const std::string& unit) {
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<HandlesStroke> HandlesStroke::tool{.name = "handles",
-                                                                        .keys = keys,
-                                                                        .prepare = prepare,
-                                                                        .validate = validate,
-                                                                        .reads_surface = reads_surface,
-                                                                        .resolve = resolve,
-                                                                        .flow = flow_of,
-                                                                        .warn = warn,
-                                                                        .words = words,
-                                                                        .prolong = prolong};
+constinit const detail::ToolRow<HandlesStroke> HandlesStroke::tool{.name = "handles",
+                                                                   .keys = keys,
+                                                                   .prepare = prepare,
+                                                                   .validate = validate,
+                                                                   .reads_surface = reads_surface,
+                                                                   .resolve = resolve,
+                                                                   .flow = flow_of,
+                                                                   .warn = warn,
+                                                                   .words = words,
+                                                                   .prolong = prolong};
 
 }  // namespace knead

@@ -12,7 +12,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 std::vector<StrokeKey> keys(ImplicitStroke& s) {
   constexpr std::string_view kCapsule = R"("region": "capsule")";
@@ -51,8 +51,8 @@ void validate(const ImplicitStroke& stroke) {
 }
 
 constexpr double kTaperStep = 0.9;      // of the radii of a segment to those of the one before
-constexpr double kLeastTaper = 0.05;    // of the radii to those at the path's beginning
-constexpr std::size_t kTaperCuts = 29;  // about so many segments from 1 to kLeastTaper
+constexpr double kMinTaper = 0.05;      // of the radii to those at the path's beginning
+constexpr std::size_t kTaperCuts = 29;  // about so many segments from 1 to kMinTaper
 
 // Moves the tool from one place to another, its radii multiplied by the factor.
 Segment segment_of(const ImplicitStroke& stroke, const Vec3d& from, const Vec3d& to, double factor) {
@@ -75,9 +75,9 @@ void add_tapered(const ImplicitStroke& stroke, const Vec3d& from, const Vec3d& t
   Vec3d at = from;
   double factor = first;
   while (true) {
-    const double next = factor > kLeastTaper ? std::max(kTaperStep * factor, last) : last;
+    const double next = factor > kMinTaper ? std::max(kTaperStep * factor, last) : last;
     const Vec3d end = next == last ? to : from + (to - from) * ((first - next) / (first - last));
-    flow.segments.push_back(segment_of(stroke, at, end, std::max(0.5 * (factor + next), kLeastTaper)));
+    flow.segments.push_back(segment_of(stroke, at, end, std::max(0.5 * (factor + next), kMinTaper)));
     if (next == last) return;
     at = end;
     factor = next;
@@ -137,19 +137,19 @@ std::vector<Stroke> pieces(const ImplicitStroke& stroke) {
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<ImplicitStroke> ImplicitStroke::tool{.name = "implicit",
-                                                                          .keys = keys,
-                                                                          .validate = validate,
-                                                                          .flow = flow_of,
-                                                                          .segments = segments,
-                                                                          .warn = warn,
-                                                                          .words = words,
-                                                                          .prolong = prolong,
-                                                                          .path = &ImplicitStroke::path,
-                                                                          .grows = grows,
-                                                                          .rest = PulledPath::rest,
-                                                                          .continues = continues,
-                                                                          .join = PulledPath::join,
-                                                                          .pieces = pieces};
+constinit const detail::ToolRow<ImplicitStroke> ImplicitStroke::tool{.name = "implicit",
+                                                                     .keys = keys,
+                                                                     .validate = validate,
+                                                                     .flow = flow_of,
+                                                                     .segments = segments,
+                                                                     .warn = warn,
+                                                                     .words = words,
+                                                                     .prolong = prolong,
+                                                                     .path = &ImplicitStroke::path,
+                                                                     .grows = grows,
+                                                                     .rest = PulledPath::rest,
+                                                                     .continues = continues,
+                                                                     .join = PulledPath::join,
+                                                                     .pieces = pieces};
 
 }  // namespace knead

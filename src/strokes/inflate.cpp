@@ -23,7 +23,6 @@ namespace knead {
 namespace {
 
 using namespace detail;
-using namespace tool_detail;
 
 constexpr double kSpacingsOfRadius = 12;  // of the grid, in the radius
 constexpr double kBeyondNode = 3.5;       // spacings: farther away a node moves nothing
@@ -34,11 +33,11 @@ constexpr std::size_t kMinSteps = 3;  // each with the grid elsewhere, so that n
 constexpr std::size_t kMaxSteps = 60;
 constexpr double kVolumeTolerance = 1e-6;  // of path lines, of the radius
 constexpr double kMaxTaken = 0.5;          // of the volume that grows
-constexpr double kMostStretch = 6;
-constexpr double kMinFlux = 2;         // of the integral of rate S, divided by the square of the radius
-constexpr double kExactVolume = 1e-7;  // of the volume
-constexpr double kExactDepth = 1e-3;   // of the depth
-constexpr double kMostShort = 5e-3;    // of what is wanted
+constexpr double kMaxInflateStretch = 6;
+constexpr double kMinFlux = 2;          // of the integral of rate S, divided by the square of the radius
+constexpr double kExactVolume = 1e-7;   // of the volume
+constexpr double kExactDepth = 1e-3;    // of the depth
+constexpr double kMaxShortfall = 5e-3;  // of what is wanted
 constexpr int kCorrections = 6;
 constexpr std::size_t kMaxPoints = 10'000;
 constexpr std::size_t kPiecesOfBox = 16;
@@ -213,9 +212,9 @@ class Inflation {
       segment.grid.origin += origin_;
       flow.segments.push_back(std::move(segment));
     }
-    if (std::abs(done - wanted()) > kMostShort * std::abs(wanted())) refuse_more_than(std::abs(done));
+    if (std::abs(done - wanted()) > kMaxShortfall * std::abs(wanted())) refuse_more_than(std::abs(done));
     const double stretch = moved_.stretch_from(rest_);
-    if (stretch > kMostStretch) {
+    if (stretch > kMaxInflateStretch) {
       throw InvalidInput(
           fmt::format("\"{0}\": {1:.3g} stretches the surface {2:.1f} times; make \"radius\" larger, or \"{0}\" less",
                       key(), wanted(), stretch));
@@ -422,13 +421,13 @@ bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int thr
 
 // The description of the tool "inflate".
 
-constinit const tool_detail::ToolRow<InflateStroke> InflateStroke::tool{.name = "inflate",
-                                                                        .keys = keys,
-                                                                        .prepare = prepare,
-                                                                        .validate = validate,
-                                                                        .resolve = resolve,
-                                                                        .segments = segments,
-                                                                        .words = words,
-                                                                        .prolong = prolong};
+constinit const detail::ToolRow<InflateStroke> InflateStroke::tool{.name = "inflate",
+                                                                   .keys = keys,
+                                                                   .prepare = prepare,
+                                                                   .validate = validate,
+                                                                   .resolve = resolve,
+                                                                   .segments = segments,
+                                                                   .words = words,
+                                                                   .prolong = prolong};
 
 }  // namespace knead

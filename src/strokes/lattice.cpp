@@ -18,10 +18,10 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
-constexpr double kMostCosine = 1e-6;  // of the angle between two axes
-constexpr double kOnFace = 1e-9;      // of an edge: nearer points lie on the face
+constexpr double kMaxCosine = 1e-6;  // of the angle between two axes
+constexpr double kOnFace = 1e-9;     // of an edge: nearer points lie on the face
 constexpr std::size_t kUsualSegments = 8;
 constexpr double kBeyondShape = 0.02;  // of an edge of the shape's box, by which the lattice reaches beyond it
 constexpr double kThinnest = 0.02;     // of the box's diagonal: an edge of the lattice
@@ -49,7 +49,7 @@ void validate_box(const LatticeStroke& stroke) {
   const std::array<Vec3d, 3> axes{stroke.axes.row0, stroke.axes.row1, stroke.axes.row2};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     require_direction("axes", axes[axis]);
-    if (std::abs(dot(unit(axes[axis]), unit(axes[(axis + 1) % 3]))) > kMostCosine) {
+    if (std::abs(dot(unit(axes[axis]), unit(axes[(axis + 1) % 3]))) > kMaxCosine) {
       throw InvalidInput("\"axes\" must be three directions at right angles to each other");
     }
   }
@@ -185,7 +185,7 @@ class ClippedTriangle {
 
 }  // namespace
 
-namespace tool_detail {
+namespace detail {
 
 LatticeMotion motion_of(const LatticeStroke& stroke) {
   LatticeMotion lattice;
@@ -238,7 +238,7 @@ void check_faces(const LatticeMotion& lattice, const LiveSurface& surface) {
   }
 }
 
-}  // namespace tool_detail
+}  // namespace detail
 
 LatticeStroke lattice_about(const Box& box, const std::array<int, 3>& counts) {
   if (!(box.diagonal() > 0)) throw InvalidInput("a lattice cannot be laid about a shape without an extent");
@@ -272,16 +272,16 @@ std::vector<Vec3d> control_points(const LatticeStroke& stroke) {
   return points;
 }
 
-constinit const tool_detail::ToolRow<LatticeStroke> LatticeStroke::tool{.name = "lattice",
-                                                                        .keys = keys,
-                                                                        .validate = validate,
-                                                                        .reads_surface = reads_surface,
-                                                                        .resolve = resolve,
-                                                                        .check = check,
-                                                                        .flow = flow_of,
-                                                                        .segments = segments,
-                                                                        .words = words,
-                                                                        .prolong = prolong,
-                                                                        .move = move};
+constinit const detail::ToolRow<LatticeStroke> LatticeStroke::tool{.name = "lattice",
+                                                                   .keys = keys,
+                                                                   .validate = validate,
+                                                                   .reads_surface = reads_surface,
+                                                                   .resolve = resolve,
+                                                                   .check = check,
+                                                                   .flow = flow_of,
+                                                                   .segments = segments,
+                                                                   .words = words,
+                                                                   .prolong = prolong,
+                                                                   .move = move};
 
 }  // namespace knead

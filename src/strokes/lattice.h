@@ -7,7 +7,7 @@
 #include "knead/stroke.h"
 #include "strokes/describe.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // Returns the lattice of a valid stroke without a file.
 LatticeMotion motion_of(const LatticeStroke& stroke);
@@ -19,4 +19,4 @@ void check_faces(const LatticeMotion& lattice, const LiveSurface& surface);
 // Applies a valid stroke with the mode volume or rigid: passes grids to the surface. A remark says how near it came.
 void flow_on(const LatticeStroke& stroke, SurfaceRun& run);
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

@@ -24,27 +24,27 @@
 #include "strokes/lattice.h"
 #include "strokes/pose.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
 using namespace detail;
 
-constexpr double kSpacingsOfCell = 2.5;      // of the grid, in the least distance of control points; fewer where there
-constexpr std::size_t kMostUnknowns = 5000;  // would be more unknowns than so many
-constexpr double kMostNodesOfBox = 20'000;   // bounds the time of counting unknowns
+constexpr double kSpacingsOfCell = 2.5;  // of the grid, in the least distance of control points; fewer where there
+constexpr std::size_t kMaxLatticeUnknowns = 5000;  // would be more unknowns than so many
+constexpr double kMaxNodesOfBox = 20'000;          // bounds the time of counting unknowns
 constexpr double kWider = 1.05;
 constexpr double kSamplesApart = 0.7;  // of the grid's spacing
 constexpr double kSpacingsOfStep = 1;
-constexpr double kMostSteps = 100;
+constexpr double kMaxLatticeSteps = 100;
 // The weights of the places of surface samples, beside the difference of strains. Straight ways to the places would
 // squeeze what turns: first the body goes about there, led by its strains, then nearer. A higher last weight dents flat
 // faces where the displacements change the volume.
 constexpr double kFollowsWeakly = 0.005;
 constexpr double kFollows = 1;
-constexpr double kMostStretch = 6;          // of a triangle
-constexpr double kMostStrain = 1;           // wanted at a sample
-constexpr double kLeastDeterminant = 1e-2;  // of the lattice's map where its strain counts
+constexpr double kMaxLatticeStretch = 6;  // of a triangle
+constexpr double kMaxSampleStrain = 1;    // wanted at a sample
+constexpr double kMinDeterminant = 1e-2;  // of the lattice's map where its strain counts
 constexpr double kJacobianTolerance = 1e-4;
 constexpr double kMinGain = 0.99;        // what a correction must leave at most, of the distance before
 constexpr double kPathTolerance = 1e-6;  // of the box's diagonal
@@ -79,7 +79,7 @@ class LatticeFlow {
         run_(run),
         closed_(closed_faces(motion_of(stroke))),
         segment_(with_lattice(stroke)),
-        sound_(run.surface.positions, run.surface.triangles, kMostStretch, path_options()) {
+        sound_(run.surface.positions, run.surface.triangles, kMaxLatticeStretch, path_options()) {
     for (const Vec3d& d : stroke.displacements) greatest_ = std::max(greatest_, norm(d));
     find_body();
   }
@@ -89,7 +89,7 @@ class LatticeFlow {
   // Returns a segment for each step. Where a step would spoil the surface, the motion ends before it, and the run's
   // shortfall says so.
   Flow find() {
-    if (distance().most > kMostSteps * kSpacingsOfStep * spacing_) {
+    if (distance().most > kMaxLatticeSteps * kSpacingsOfStep * spacing_) {
       throw InvalidInput(fmt::format(
           "\"displacements\" go {:.0f} times as far as control points are apart; make the distances of control points "
           "larger, or divide the stroke into several",
@@ -138,7 +138,7 @@ class LatticeFlow {
   // Finds the finest grid whose unknowns are not too many, and the samples that it needs.
   void find_body() {
     const LatticeMotion& lattice = segment_.lattice;
-    body_.reach = [this](const Box& support) { return is_reached(support); };
+    body_.accepts = [this](const Box& support) { return is_reached(support); };
     double least = kInfinity;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       least = std::min(least, lattice.lengths[axis] / (lattice.counts[axis] - 1));
@@ -149,10 +149,10 @@ class LatticeFlow {
       for (std::size_t axis = 0; axis < 3; ++axis) product *= lattice.lengths[axis] / spacing_ + 3;
       return product;
     };
-    while (nodes_of_box() > kMostNodesOfBox) spacing_ *= kWider;
+    while (nodes_of_box() > kMaxNodesOfBox) spacing_ *= kWider;
     sample();
     const double first = spacing_;
-    while (count_unknowns({lattice.origin, spacing_}, body_, {}) > kMostUnknowns) spacing_ *= kWider;
+    while (count_unknowns({lattice.origin, spacing_}, body_, {}) > kMaxLatticeUnknowns) spacing_ *= kWider;
     if (spacing_ != first) sample();
   }
 
@@ -170,7 +170,7 @@ class LatticeFlow {
       Mat3d jacobian;
       if (!map.move(place, jacobian)) continue;
       body_.points.push_back(body.points[i]);
-      left_.push_back(determinant(jacobian) > kLeastDeterminant ? std::optional(inverse(jacobian)) : std::nullopt);
+      left_.push_back(determinant(jacobian) > kMinDeterminant ? std::optional(inverse(jacobian)) : std::nullopt);
       if (i >= body.inside) places_.push_back(place);
     }
     set_rows();
@@ -251,7 +251,7 @@ class LatticeFlow {
     body_.strain.clear();
     for (const std::optional<Mat3d>& left : left_) {
       const Mat3d strain = left ? log_strain(*left) : Mat3d{} * 0.0;
-      body_.strain.push_back(strain * (-part / std::max(1.0, row_sum_norm(strain) / kMostStrain)));
+      body_.strain.push_back(strain * (-part / std::max(1.0, row_sum_norm(strain) / kMaxSampleStrain)));
     }
   }
 
@@ -282,4 +282,4 @@ void flow_on(const LatticeStroke& stroke, SurfaceRun& run) {
   if (apply_grids(lattice.find(), run.surface)) lattice.tell(before, run.surface.positions);
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

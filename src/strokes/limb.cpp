@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 #include <optional>
 #include <queue>
@@ -270,7 +269,7 @@ std::vector<std::uint32_t> bending_about(std::span<const Vec3d> positions, std::
   LiveSurface shape;
   shape.positions = positions;
   shape.triangles = triangles;
-  const double thickness = std::min(border.girth / std::numbers::pi, kMaxThickness * tool_detail::diagonal_of(shape));
+  const double thickness = std::min(border.girth / std::numbers::pi, kMaxThickness * detail::diagonal_of(shape));
   const std::vector<double> behind = distances_from(part, positions, Neighbours(positions.size(), triangles));
   const Vec3d neck = border.middle - border.inwards * (kBendingAhead * thickness);
   std::vector<std::uint32_t> bending;

@@ -21,14 +21,9 @@ namespace knead {
 
 namespace {
 
-using tool_detail::crosses;
-using tool_detail::merged_reaches;
-using tool_detail::Reach;
-using tool_detail::reach_of;
-using tool_detail::Round;
-using tool_detail::short_number_between;
+using namespace detail;
 
-void suggest(const std::vector<Reach>& merged, double radius, CylinderCheck& check) {
+void suggest(const std::vector<DistanceRange>& merged, double radius, CylinderCheck& check) {
   std::size_t at = 0;
   while (at + 1 < merged.size() && merged[at + 1].min <= radius) ++at;
   for (std::size_t i = at; i > 0 && !check.smaller; --i) {
@@ -46,7 +41,7 @@ Vec3d last_normal(const Field& field) { return normal_at(std::get<HalfSpace<doub
 }  // namespace
 
 std::optional<StrokeCylinder> limit_cylinder_of(const Stroke& stroke) {
-  if (!tool_detail::has_zone(stroke) || reads_surface(stroke)) return std::nullopt;
+  if (!detail::has_zone(stroke) || reads_surface(stroke)) return std::nullopt;
   const Flow flow = flow_of(stroke);
   const Segment& segment = flow.segments.front();
   if (!segment.limit_cylinder) return std::nullopt;
@@ -61,14 +56,14 @@ CylinderCheck check_limit_cylinder(const StrokeCylinder& limit_cylinder, std::sp
   CylinderCheck check;
   const bool turns = limit_cylinder.last_normal != limit_cylinder.normal;
   for (const Triangle& triangle : triangles) {
-    if (crosses(reach_of(limit_cylinder, limit_cylinder.normal, positions, triangle), limit_cylinder.radius)) {
+    if (crosses(range_of(limit_cylinder, limit_cylinder.normal, positions, triangle), limit_cylinder.radius)) {
       ++check.crossing;
-    } else if (turns && crosses(reach_of(limit_cylinder, limit_cylinder.last_normal, positions, triangle),
+    } else if (turns && crosses(range_of(limit_cylinder, limit_cylinder.last_normal, positions, triangle),
                                 limit_cylinder.radius)) {
       ++check.later;
     }
   }
-  if (check.crossing > 0) suggest(merged_reaches(limit_cylinder, positions, triangles), limit_cylinder.radius, check);
+  if (check.crossing > 0) suggest(merged_ranges(limit_cylinder, positions, triangles), limit_cylinder.radius, check);
   return check;
 }
 
@@ -87,9 +82,9 @@ double distance_from_axis(const StrokeCylinder& limit_cylinder, const Vec3d& x) 
   return norm(cross(limit_cylinder.normal, x - limit_cylinder.center));
 }
 
-Kind kind_of(const StrokeCylinder& limit_cylinder, const Vec3d& deformed, const Vec3d& taken_back, double slack) {
-  if (deformed == taken_back) return Kind::still;
-  if (distance_from_axis(limit_cylinder, taken_back) > limit_cylinder.radius + slack) return Kind::unmoved;
+Kind kind_of(const StrokeCylinder& limit_cylinder, const Vec3d& deformed, const Vec3d& inverse_image, double slack) {
+  if (deformed == inverse_image) return Kind::still;
+  if (distance_from_axis(limit_cylinder, inverse_image) > limit_cylinder.radius + slack) return Kind::unmoved;
   const bool would_move = distance_from_axis(limit_cylinder, deformed) < limit_cylinder.radius - slack &&
                           dot(limit_cylinder.normal, deformed - limit_cylinder.center) < limit_cylinder.outer - slack;
   return would_move ? Kind::moved : Kind::open;
@@ -105,12 +100,12 @@ void for_each_side(std::span<const Triangle> triangles, Visit visit) {
 }  // namespace
 
 std::vector<bool> limit_cylinder_members(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> deformed,
-                                         std::span<const Vec3d> taken_back, std::span<const Triangle> triangles,
+                                         std::span<const Vec3d> inverse_image, std::span<const Triangle> triangles,
                                          double slack) {
   std::vector<Kind> kinds;
   kinds.reserve(deformed.size());
   for (std::size_t i = 0; i < deformed.size(); ++i) {
-    kinds.push_back(kind_of(limit_cylinder, deformed[i], taken_back[i], slack));
+    kinds.push_back(kind_of(limit_cylinder, deformed[i], inverse_image[i], slack));
   }
   DisjointSets pieces(deformed.size());  // of open vertices
   for_each_side(triangles, [&](std::uint32_t a, std::uint32_t b) {
@@ -131,7 +126,7 @@ std::vector<bool> limit_cylinder_members(const StrokeCylinder& limit_cylinder, s
     members[i] = kinds[i] == Kind::moved;
     if (kinds[i] != Kind::open) continue;
     const int sum = votes[pieces.find(i)];
-    members[i] = sum > 0 || (sum == 0 && distance_from_axis(limit_cylinder, taken_back[i]) <= limit_cylinder.radius);
+    members[i] = sum > 0 || (sum == 0 && distance_from_axis(limit_cylinder, inverse_image[i]) <= limit_cylinder.radius);
   }
   return members;
 }
@@ -140,7 +135,7 @@ std::vector<bool> limit_cylinder_members(const StrokeCylinder& limit_cylinder, s
 
 #include "math/elementary.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -189,9 +184,9 @@ bool is_pierced(const Polygon& across, const Vec3d& axis, double farthest) {
   return positive != negative && std::abs(area) > kEdgeOn * farthest * farthest;
 }
 
-Reach distances(Polygon polygon, const Vec3d& axis) {
+DistanceRange distances(Polygon polygon, const Vec3d& axis) {
   for (int i = 0; i < polygon.count; ++i) polygon.corners[i] = across_axis(polygon.corners[i], axis);
-  Reach result{kInfinity, 0};
+  DistanceRange result{kInfinity, 0};
   for (int i = 0; i < polygon.count; ++i) {
     const double length = norm(polygon.corners[i]);
     result.max = std::max(result.max, length);
@@ -205,8 +200,8 @@ Reach distances(Polygon polygon, const Vec3d& axis) {
 
 }  // namespace
 
-std::optional<Reach> reach_of(const StrokeCylinder& limit_cylinder, const Vec3d& normal,
-                              std::span<const Vec3d> positions, const Triangle& triangle) {
+std::optional<DistanceRange> range_of(const StrokeCylinder& limit_cylinder, const Vec3d& normal,
+                                      std::span<const Vec3d> positions, const Triangle& triangle) {
   const Corners corners{positions[triangle[0]] - limit_cylinder.center, positions[triangle[1]] - limit_cylinder.center,
                         positions[triangle[2]] - limit_cylinder.center};
   const Polygon polygon = clip(corners, normal, limit_cylinder.outer);
@@ -214,24 +209,24 @@ std::optional<Reach> reach_of(const StrokeCylinder& limit_cylinder, const Vec3d&
   return distances(polygon, limit_cylinder.normal);
 }
 
-std::vector<Reach> merged(std::vector<Reach> all) {
-  std::sort(all.begin(), all.end(), [](const Reach& a, const Reach& b) { return a.min < b.min; });
-  std::vector<Reach> result;
-  for (const Reach& reach : all) {
-    if (result.empty() || reach.min > result.back().max) {
-      result.push_back(reach);
+std::vector<DistanceRange> merged(std::vector<DistanceRange> all) {
+  std::sort(all.begin(), all.end(), [](const DistanceRange& a, const DistanceRange& b) { return a.min < b.min; });
+  std::vector<DistanceRange> result;
+  for (const DistanceRange& range : all) {
+    if (result.empty() || range.min > result.back().max) {
+      result.push_back(range);
     } else {
-      result.back().max = std::max(result.back().max, reach.max);
+      result.back().max = std::max(result.back().max, range.max);
     }
   }
   return result;
 }
 
-std::vector<Reach> merged_reaches(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
-                                  std::span<const Triangle> triangles) {
-  std::vector<Reach> all;
+std::vector<DistanceRange> merged_ranges(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
+                                         std::span<const Triangle> triangles) {
+  std::vector<DistanceRange> all;
   for (const Triangle& triangle : triangles) {
-    if (const auto reach = reach_of(limit_cylinder, limit_cylinder.normal, positions, triangle)) all.push_back(*reach);
+    if (const auto range = range_of(limit_cylinder, limit_cylinder.normal, positions, triangle)) all.push_back(*range);
   }
   return merged(std::move(all));
 }
@@ -299,44 +294,44 @@ std::uint32_t nearest_piece(const std::vector<std::uint32_t>& piece, const Vec3d
 }
 
 // Of every piece, at its number.
-std::vector<Reach> piece_reaches(const std::vector<std::uint32_t>& piece,
-                                 const std::vector<std::optional<Reach>>& reach, std::size_t vertices) {
-  std::vector<Reach> result(vertices, {kInfinity, 0});
+std::vector<DistanceRange> piece_ranges(const std::vector<std::uint32_t>& piece,
+                                        const std::vector<std::optional<DistanceRange>>& ranges, std::size_t vertices) {
+  std::vector<DistanceRange> result(vertices, {kInfinity, 0});
   for (std::size_t i = 0; i < piece.size(); ++i) {
-    if (piece[i] == CylinderPieces::kNone || !reach[i]) continue;
-    Reach& whole = result[piece[i]];
-    whole = {std::min(whole.min, reach[i]->min), std::max(whole.max, reach[i]->max)};
+    if (piece[i] == CylinderPieces::kNone || !ranges[i]) continue;
+    DistanceRange& whole = result[piece[i]];
+    whole = {std::min(whole.min, ranges[i]->min), std::max(whole.max, ranges[i]->max)};
   }
   return result;
 }
 
-std::vector<Reach> later_reaches(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
-                                 std::span<const Triangle> triangles) {
-  std::vector<Reach> all;
+std::vector<DistanceRange> later_ranges(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
+                                        std::span<const Triangle> triangles) {
+  std::vector<DistanceRange> all;
   if (limit_cylinder.last_normal == limit_cylinder.normal) return all;
   for (const Triangle& triangle : triangles) {
-    if (const auto reach = reach_of(limit_cylinder, limit_cylinder.last_normal, positions, triangle))
-      all.push_back(*reach);
+    if (const auto range = range_of(limit_cylinder, limit_cylinder.last_normal, positions, triangle))
+      all.push_back(*range);
   }
   return merged(std::move(all));
 }
 
 // Returns the free part of the gap (low, high) outside `taken`: the nearest piece whose ends have a large enough ratio,
 // else the piece with the largest ratio; the whole gap if nothing is free.
-Reach free_part(double low, double high, const std::vector<Reach>& taken) {
+DistanceRange free_part(double low, double high, const std::vector<DistanceRange>& taken) {
   constexpr double kWide = kFree * kFree;
-  Reach best{low, low};
+  DistanceRange best{low, low};
   const auto consider = [&](double from, double to) {
     const double ratio = best.max / best.min;
     if (ratio < kWide && to > ratio * from) best = {from, to};
   };
   double from = low;
-  for (const Reach& reach : taken) {
-    consider(from, std::min(reach.min, high));
-    from = std::max(from, reach.max);
+  for (const DistanceRange& range : taken) {
+    consider(from, std::min(range.min, high));
+    from = std::max(from, range.max);
   }
   consider(from, high);
-  return best.min < best.max ? best : Reach{low, high};
+  return best.min < best.max ? best : DistanceRange{low, high};
 }
 
 }  // namespace
@@ -347,42 +342,40 @@ CylinderPieces limit_cylinder_pieces(const StrokeCylinder& limit_cylinder, std::
   result.piece = label(vertices_below(limit_cylinder, positions), triangles);
   result.part = nearest_piece(result.piece, limit_cylinder.center, positions, triangles);
   if (result.part == CylinderPieces::kNone) return result;
-  std::vector<std::optional<Reach>> reach;
-  reach.reserve(triangles.size());
+  std::vector<std::optional<DistanceRange>> ranges;
+  ranges.reserve(triangles.size());
   for (const Triangle& triangle : triangles)
-    reach.push_back(reach_of(limit_cylinder, limit_cylinder.normal, positions, triangle));
-  const std::vector<Reach> whole = piece_reaches(result.piece, reach, positions.size());
+    ranges.push_back(range_of(limit_cylinder, limit_cylinder.normal, positions, triangle));
+  const std::vector<DistanceRange> whole = piece_ranges(result.piece, ranges, positions.size());
   result.part_max = whole[result.part].max;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (result.piece[i] == CylinderPieces::kNone || result.piece[i] == result.part || !reach[i]) continue;
-    const Reach& other = whole[result.piece[i]];
+    if (result.piece[i] == CylinderPieces::kNone || result.piece[i] == result.part || !ranges[i]) continue;
+    const DistanceRange& other = whole[result.piece[i]];
     if (other.max <= result.part_max) {
       ++result.within;
     } else if (other.min > result.part_max) {
       result.others = std::min(result.others, other.min);
     } else {
-      if (reach[i]->min <= result.part_max) ++result.blocking;
+      if (ranges[i]->min <= result.part_max) ++result.blocking;
       result.blocking_min = std::min(result.blocking_min, other.min);
     }
   }
-  result.later = later_reaches(limit_cylinder, positions, triangles);
+  result.later = later_ranges(limit_cylinder, positions, triangles);
   return result;
 }
 
 std::optional<double> radius_in_gap(const CylinderPieces& pieces) {
   if (pieces.part == CylinderPieces::kNone || pieces.blocking > 0) return std::nullopt;
-  const Reach gap = free_part(pieces.part_max, pieces.others, pieces.later);
+  const DistanceRange gap = free_part(pieces.part_max, pieces.others, pieces.later);
   const double middle = std::isinf(gap.max) ? kFree * gap.min : std::sqrt(gap.min * gap.max);
   return short_number_between(gap.min, gap.max, middle, Round::nearest, kDigits);
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail
 
 namespace knead {
 
 namespace {
-
-using namespace tool_detail;
 
 constexpr double kSpread = 1.6;   // times the thickness: the greatest extent of the part in the plane r = outer
 constexpr double kMargin = 1.1;   // the distance of all other parts, divided by that of the part
@@ -402,8 +395,8 @@ std::string root_problem(const StrokeCylinder& limit_cylinder, const CylinderPie
                            shape.positions, shape.triangles);
   const std::optional<SliceLoop> root = innermost(loops);
   if (!root || pieces.piece[root->triangle] != pieces.part) return "its root does not go around the line";
-  if (root->reach > kSpread * thickness) {
-    return fmt::format("it is {:.3g} thick at its root, against {:.3g} at the point", root->reach, thickness);
+  if (root->extent > kSpread * thickness) {
+    return fmt::format("it is {:.3g} thick at its root, against {:.3g} at the point", root->extent, thickness);
   }
   const auto roots = std::count_if(loops.begin(), loops.end(),
                                    [&](const SliceLoop& loop) { return pieces.piece[loop.triangle] == pieces.part; });
@@ -479,7 +472,7 @@ CylinderPlacement place_limit_cylinder(const CylinderQuery& query, std::span<con
     return proposal;
   }
   for (const double zone : {2.0, 1.2}) {
-    proposal = first_place(query, direction, around->reach, zone * around->reach, shape, progress);
+    proposal = first_place(query, direction, around->extent, zone * around->extent, shape, progress);
     if (proposal.problem.empty()) return proposal;
   }
   proposal.problem = fmt::format(

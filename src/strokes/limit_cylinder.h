@@ -12,7 +12,7 @@
 
 namespace knead {
 
-// Returns for each vertex whether the stroke moved it. `deformed`: the positions after the stroke. `taken_back`: the
+// Returns for each vertex whether the stroke moved it. `deformed`: the positions after the stroke. `inverse_image`: the
 // inverse images of these, by the stroke's inverse without the limit cylinder.
 // - If the inverse image lies outside the limit cylinder, the vertex was not moved.
 // - Otherwise, if the vertex lies in the limit cylinder, where the stroke moves resting points away, it was moved.
@@ -22,16 +22,16 @@ namespace knead {
 //   radius.
 // Distances are compared with a slack, a length above the error of the inverse images. Time: linear.
 std::vector<bool> limit_cylinder_members(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> deformed,
-                                         std::span<const Vec3d> taken_back, std::span<const Triangle> triangles,
+                                         std::span<const Vec3d> inverse_image, std::span<const Triangle> triangles,
                                          double slack);
 
 }  // namespace knead
 
 // Distances of triangles from a limit cylinder's axis.
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // An interval of distances from the axis: min <= distance < max.
-struct Reach {
+struct DistanceRange {
   double min = 0;
   double max = 0;
 };
@@ -39,20 +39,20 @@ struct Reach {
 // Returns the distances from the limit cylinder's axis of the triangle's part with normal.(x - center) <= outer;
 // nothing if there is no such part. `normal`: the limit cylinder's normal at some moment. Rounds as advect does when it
 // decides whether a point is inside.
-std::optional<Reach> reach_of(const StrokeCylinder& limit_cylinder, const Vec3d& normal,
-                              std::span<const Vec3d> positions, const Triangle& triangle);
+std::optional<DistanceRange> range_of(const StrokeCylinder& limit_cylinder, const Vec3d& normal,
+                                      std::span<const Vec3d> positions, const Triangle& triangle);
 
 // Returns whether a limit cylinder of that radius would cross the triangle.
-inline bool crosses(const std::optional<Reach>& reach, double radius) {
-  return reach && reach->min <= radius && radius < reach->max;
+inline bool crosses(const std::optional<DistanceRange>& range, double radius) {
+  return range && range->min <= radius && radius < range->max;
 }
 
 // Returns the union of the intervals, by increasing min, no two touching.
-std::vector<Reach> merged(std::vector<Reach> all);
+std::vector<DistanceRange> merged(std::vector<DistanceRange> all);
 
-// Returns the union of reach_of() all triangles with the normal at the start, by increasing min, no two touching.
-std::vector<Reach> merged_reaches(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
-                                  std::span<const Triangle> triangles);
+// Returns the union of range_of() all triangles with the normal at the start, by increasing min, no two touching.
+std::vector<DistanceRange> merged_ranges(const StrokeCylinder& limit_cylinder, std::span<const Vec3d> positions,
+                                         std::span<const Triangle> triangles);
 
 // Returns a number between low and high with few digits, as near the target as these allow: six digits, or more if the
 // gap is narrow. Returns nothing if the gap contains no number.
@@ -72,7 +72,7 @@ struct CylinderPieces {
   std::size_t blocking = 0;          // triangles of pieces that are partly nearer than part_max
   double blocking_min = kInfinity;   // the least distance of these pieces
   std::size_t within = 0;            // triangles of pieces that are wholly nearer than part_max
-  std::vector<Reach> later;          // merged: distances of triangles that r < outer covers when a bend's normal turns
+  std::vector<DistanceRange> later;  // merged: distances of triangles that r < outer covers when a bend's normal turns
 };
 
 // Returns the pieces. Ignores the radius of the limit cylinder. Time: linear.
@@ -83,4 +83,4 @@ CylinderPieces limit_cylinder_pieces(const StrokeCylinder& limit_cylinder, std::
 // there is no part, or if a piece lies across.
 std::optional<double> radius_in_gap(const CylinderPieces& pieces);
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

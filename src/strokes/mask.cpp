@@ -13,7 +13,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 std::vector<StrokeKey> keys(MaskStroke& s) {
   return {{"points", Quantity::finite, &s.points, Presence::not_empty},
@@ -139,14 +139,14 @@ Mask mask_of(const MaskStroke& stroke, int threads) {
   return is_empty(stroke) ? Mask() : Mask(stroke.points, stroke.values, *stroke.width, threads);
 }
 
-constinit const tool_detail::ToolRow<MaskStroke> MaskStroke::tool{.name = "mask",
-                                                                  .is_event = true,
-                                                                  .keys = keys,
-                                                                  .prepare = prepare,
-                                                                  .validate = validate,
-                                                                  .reads_surface = reads_surface,
-                                                                  .resolve = resolve,
-                                                                  .flow = flow_of,
-                                                                  .words = words};
+constinit const detail::ToolRow<MaskStroke> MaskStroke::tool{.name = "mask",
+                                                             .is_event = true,
+                                                             .keys = keys,
+                                                             .prepare = prepare,
+                                                             .validate = validate,
+                                                             .reads_surface = reads_surface,
+                                                             .resolve = resolve,
+                                                             .flow = flow_of,
+                                                             .words = words};
 
 }  // namespace knead

@@ -193,8 +193,8 @@ Mat3d directions_about(const Segment& sum) {
   Vec3d y = any_orthogonal(x);
   for (const Vec3d& towards : {axis, images.front() - anchors.front()}) {
     const Vec3d across = towards - x * dot(x, towards);
-    constexpr double kLeast = 1e-6;  // of the size; a shorter one is rounding
-    if (norm(across) > kLeast * size) y = normalized(across);
+    constexpr double kMinAcross = 1e-6;  // of the size; a shorter one is rounding
+    if (norm(across) > kMinAcross * size) y = normalized(across);
   }
   return transposed(Mat3d{x, y, cross(x, y)});
 }
@@ -354,7 +354,7 @@ Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
 }
 
 std::optional<Stroke> with_images(const Stroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions) {
-  return tool_detail::with_row(stroke, [&](const auto& row, const auto& own) -> std::optional<Stroke> {
+  return detail::with_row(stroke, [&](const auto& row, const auto& own) -> std::optional<Stroke> {
     if (row.with_images == nullptr) return std::nullopt;
     return row.with_images(own, mirror, positions);
   });

@@ -1,7 +1,6 @@
 // The images of strokes that act at the same time (Mirror in stroke.h). Internal to the library.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>

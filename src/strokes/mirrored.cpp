@@ -195,13 +195,13 @@ struct Moved {
 template <class Map>
 Stroke image_of(const Stroke& stroke, const Map& map) {
   Stroke image = stroke;
-  const bool is_moved = tool_detail::with_row(image, [&](const auto& row, auto& own) {
+  const bool is_moved = detail::with_row(image, [&](const auto& row, auto& own) {
     if (row.move != nullptr) row.move(own, map.flips(), [&](const Vec3d& p) { return map.place(p); });
     return row.move != nullptr;
   });
   if (is_moved) return image;
   for (const StrokeKey& key : tool_of(image).keys(image)) {
-    const std::string instead = tool_detail::instead_of_vertices(key);
+    const std::string instead = detail::instead_of_vertices(key);
     if (!instead.empty()) {
       throw InvalidInput(
           fmt::format("\"{}\" names vertices, which cannot be mirrored or moved; {}", key.name, instead));
@@ -246,7 +246,7 @@ std::vector<Stroke> with_images(const Stroke& stroke, std::span<const SymmetryIm
 }
 
 std::vector<Stroke> pieces_of(const Stroke& stroke) {
-  return tool_detail::with_row(stroke, [](const auto& row, const auto& own) {
+  return detail::with_row(stroke, [](const auto& row, const auto& own) {
     return row.pieces != nullptr ? row.pieces(own) : std::vector<Stroke>{own};
   });
 }
@@ -259,7 +259,7 @@ std::vector<Stroke> symmetric_strokes(std::span<const Stroke> strokes, std::span
   std::size_t count = 0;
   for (const Stroke& stroke : strokes) {
     for (const Stroke& piece : pieces_of(stroke)) {
-      std::optional<Stroke> whole = tool_detail::with_row(piece, [&](const auto& row, const auto& own) {
+      std::optional<Stroke> whole = detail::with_row(piece, [&](const auto& row, const auto& own) {
         return row.interleaved != nullptr ? row.interleaved(own, images) : std::nullopt;
       });
       if (whole) {

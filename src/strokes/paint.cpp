@@ -17,7 +17,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 using Dabs = Growing<PaintStroke, &PaintStroke::samples>;
 
@@ -360,21 +360,21 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
   }
 }
 
-constinit const tool_detail::ToolRow<PaintStroke> PaintStroke::tool{.name = "paint",
-                                                                    .keys = keys,
-                                                                    .prepare = prepare,
-                                                                    .validate = validate,
-                                                                    .reads_surface = reads_surface,
-                                                                    .resolve = resolve,
-                                                                    .flow = flow_of,
-                                                                    .segments = segments,
-                                                                    .words = words,
-                                                                    .prolong = prolong,
-                                                                    .grows = Dabs::grows,
-                                                                    .rest = Dabs::rest,
-                                                                    .continues = continues,
-                                                                    .join = Dabs::join,
-                                                                    .interleaved = Dabs::interleaved};
+constinit const detail::ToolRow<PaintStroke> PaintStroke::tool{.name = "paint",
+                                                               .keys = keys,
+                                                               .prepare = prepare,
+                                                               .validate = validate,
+                                                               .reads_surface = reads_surface,
+                                                               .resolve = resolve,
+                                                               .flow = flow_of,
+                                                               .segments = segments,
+                                                               .words = words,
+                                                               .prolong = prolong,
+                                                               .grows = Dabs::grows,
+                                                               .rest = Dabs::rest,
+                                                               .continues = continues,
+                                                               .join = Dabs::join,
+                                                               .interleaved = Dabs::interleaved};
 
 std::vector<Stroke> PaintDrag::strokes() const {
   std::vector<Stroke> all(earlier.begin(), earlier.end());

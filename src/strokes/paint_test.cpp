@@ -75,7 +75,7 @@ TEST(Paint, EveryDabLiesOnTheSurfaceAsTheOneBeforeLeftIt) {
     const std::vector<Vec3d> aims = paint_dabs(stroke).aims;
     std::size_t dab = 0;
     surface.apply = [&](const Stroke& part) {
-      const PaintSample expected = tool_detail::SurfaceFinder(surface).closest(aims[dab++]).value();
+      const PaintSample expected = detail::SurfaceFinder(surface).closest(aims[dab++]).value();
       const PaintSample& found = std::get<PaintStroke>(part).samples.at(0);
       EXPECT_EQ(found.point, expected.point) << dab;
       EXPECT_EQ(found.normal, expected.normal) << dab;

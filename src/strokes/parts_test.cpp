@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-namespace knead::tool_detail::parts_test {
+namespace knead::detail::parts_test {
 namespace {
 
 using Numbers = std::vector<std::uint32_t>;
@@ -118,4 +118,4 @@ TEST(SegmentDistance, IsThatOfDenseSamples) {
 }
 
 }  // namespace
-}  // namespace knead::tool_detail::parts_test
+}  // namespace knead::detail::parts_test

@@ -14,7 +14,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 constexpr std::size_t kMaxPins = 2000;
 // The greatest number of pairs of pins within the radius of each other: their equations take about 15 s and 300 MB.
@@ -362,13 +362,13 @@ PinsStroke with_images(const PinsStroke& stroke, const Mirror& mirror, std::span
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<PinsStroke> PinsStroke::tool{.name = "pins",
-                                                                  .keys = keys,
-                                                                  .validate = validate,
-                                                                  .flow = flow_of,
-                                                                  .warn = warn,
-                                                                  .words = words,
-                                                                  .prolong = prolong,
-                                                                  .with_images = with_images};
+constinit const detail::ToolRow<PinsStroke> PinsStroke::tool{.name = "pins",
+                                                             .keys = keys,
+                                                             .validate = validate,
+                                                             .flow = flow_of,
+                                                             .warn = warn,
+                                                             .words = words,
+                                                             .prolong = prolong,
+                                                             .with_images = with_images};
 
 }  // namespace knead

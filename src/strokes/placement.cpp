@@ -13,7 +13,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 // Returns the extent of the part's triangles along the axis, from the outer plane.
 double length_of(const StrokeCylinder& limit_cylinder, const CylinderPieces& pieces, std::span<const Vec3d> positions,
@@ -112,7 +112,7 @@ Stroke with_found_radius(const Stroke& stroke, std::span<const Vec3d> positions,
   return result;
 }
 
-void tool_detail::resolve_radius(const Stroke& stroke, SurfaceRun& run) {
+void detail::resolve_radius(const Stroke& stroke, SurfaceRun& run) {
   run.surface.apply(with_found_radius(stroke, run.surface.positions, run.surface.triangles, run.remarks));
 }
 

@@ -16,7 +16,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 void validate_curve(const std::vector<Vec3d>& curve) {
   require_count("curves", curve.size(), 2, "points in each curve");
@@ -195,16 +195,16 @@ using Displacements = Growing<PointsStroke, &PointsStroke::displacements>;
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<PointsStroke> PointsStroke::tool{.name = "points",
-                                                                      .keys = keys,
-                                                                      .prepare = prepare,
-                                                                      .validate = validate,
-                                                                      .flow = flow_of,
-                                                                      .segments = Displacements::segments,
-                                                                      .warn = warn,
-                                                                      .words = words,
-                                                                      .prolong = prolong,
-                                                                      .grows = Displacements::grows,
-                                                                      .pieces = pieces};
+constinit const detail::ToolRow<PointsStroke> PointsStroke::tool{.name = "points",
+                                                                 .keys = keys,
+                                                                 .prepare = prepare,
+                                                                 .validate = validate,
+                                                                 .flow = flow_of,
+                                                                 .segments = Displacements::segments,
+                                                                 .warn = warn,
+                                                                 .words = words,
+                                                                 .prolong = prolong,
+                                                                 .grows = Displacements::grows,
+                                                                 .pieces = pieces};
 
 }  // namespace knead

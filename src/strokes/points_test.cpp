@@ -1,8 +1,6 @@
 // The tool "points": centres, weights of curves, and exact motion of its points.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/stroke.h"

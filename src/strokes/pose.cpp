@@ -23,7 +23,6 @@ namespace knead {
 namespace {
 
 using namespace detail;
-using namespace tool_detail;
 
 constexpr double kMaxStretch = 6;  // of a triangle
 constexpr double kMinDetail = 0.025;
@@ -47,9 +46,9 @@ std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> po
 PosedPart posed(const PosePart& part, std::span<const Vec3d> positions, double spacing) {
   PosedPart result = part_of(all_points_of(part, positions), spacing);
   if (part.rotation) {
-    result.axis = tool_detail::unit(part.rotation->axis);
+    result.axis = detail::unit(part.rotation->axis);
     result.center = part.rotation->center;
-    result.angle = part.rotation->angle_deg * tool_detail::kRadiansPerDegree;
+    result.angle = part.rotation->angle_deg * detail::kRadiansPerDegree;
   }
   if (part.translation) result.translation = *part.translation;
   return result;
@@ -67,7 +66,7 @@ PosedPin posed(const PosePin& pin, std::span<const Vec3d> positions, double diag
   if (pin.turns_freely) return result;
   result.turn = Vec3d{0, 0, 0};
   if (pin.rotation) {
-    result.turn = tool_detail::unit(pin.rotation->axis) * (pin.rotation->angle_deg * tool_detail::kRadiansPerDegree);
+    result.turn = detail::unit(pin.rotation->axis) * (pin.rotation->angle_deg * detail::kRadiansPerDegree);
   }
   return result;
 }
@@ -255,8 +254,6 @@ SolvedPose solve_as_far_as_possible(const PoseStroke& stroke, const LiveSurface&
   return solved;
 }
 
-using namespace detail;
-
 constexpr double kCellsOfSample = 0.4;      // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;    // of samples on the surface, which is visible
 constexpr std::size_t kPointsOfPart = 300;  // points with a wanted velocity; more if these lie farther apart than
@@ -301,7 +298,7 @@ Mat3d restricted(const Mat3d& gradient, const Vec3d& s, const Vec3d& t) {
 
 }  // namespace
 
-double tool_detail::usual_detail(const PoseStroke& stroke, const LiveSurface& surface) {
+double detail::usual_detail(const PoseStroke& stroke, const LiveSurface& surface) {
   if (surface.triangles.empty()) return kThickDetail;
   const double diagonal = diagonal_of(surface);
   const SurfaceTree tree(surface.triangles, surface.positions);
@@ -313,8 +310,8 @@ double tool_detail::usual_detail(const PoseStroke& stroke, const LiveSurface& su
   return std::clamp(kDetailOfThickness * thickness / diagonal, kThinDetail, kThickDetail);
 }
 
-PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
-                                    double least_detail, int threads, std::vector<std::string>& warnings) {
+PoseProblem detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
+                               double least_detail, int threads, std::vector<std::string>& warnings) {
   PoseProblem problem;
   problem.threads = threads;
   problem.progress = surface.progress;
@@ -382,7 +379,7 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
 
 }  // namespace knead
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 double diagonal_of(const LiveSurface& surface) {
   Box box;
@@ -471,4 +468,4 @@ bool apply_grids(const Flow& flow, const LiveSurface& surface) {
                      [&](const Segment& segment) { return surface.apply(GridStroke{segment.grid}); });
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

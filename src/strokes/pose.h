@@ -85,7 +85,7 @@ PoseResult bend_on(const BendStroke& stroke, const LiveSurface& live, int thread
 // radius. Nothing has moved then.
 bool inflate_on(const InflateStroke& stroke, const LiveSurface& surface, int threads);
 
-namespace tool_detail {
+namespace detail {
 
 // Returns the diagonal of the box of the vertices that triangles use, or of a cloud.
 double diagonal_of(const LiveSurface& surface);
@@ -121,6 +121,6 @@ void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagon
 // Passes each grid of the flow to surface.apply; returns false if apply did.
 bool apply_grids(const Flow& flow, const LiveSurface& surface);
 
-}  // namespace tool_detail
+}  // namespace detail
 
 }  // namespace knead

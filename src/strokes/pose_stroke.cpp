@@ -18,7 +18,6 @@ namespace knead {
 namespace {
 
 using namespace detail;
-using namespace tool_detail;
 
 constexpr std::size_t kSamples = 2500;  // inside the body: each advance must be quick
 constexpr double kMinDetailOfStroke = 0.05;
@@ -57,8 +56,6 @@ std::vector<Way> ways_of(const PoseStroke& stroke) {
   }
   return ways;
 }
-
-using namespace tool_detail;
 
 constexpr std::size_t kMaxPinsOfPose = 1000;
 constexpr std::size_t kMaxPlacesOfPose = 10'000;  // of a pin's path
@@ -414,13 +411,13 @@ bool PoseDrag::advance(const PoseStroke& stroke, double most_steps, const std::f
 
 // The description of the tool "pose".
 
-constinit const tool_detail::ToolRow<PoseStroke> PoseStroke::tool{.name = "pose",
-                                                                  .keys = keys,
-                                                                  .validate = validate,
-                                                                  .resolve = resolve,
-                                                                  .segments = segments,
-                                                                  .words = words,
-                                                                  .prolong = prolong,
-                                                                  .with_images = with_images};
+constinit const detail::ToolRow<PoseStroke> PoseStroke::tool{.name = "pose",
+                                                             .keys = keys,
+                                                             .validate = validate,
+                                                             .resolve = resolve,
+                                                             .segments = segments,
+                                                             .words = words,
+                                                             .prolong = prolong,
+                                                             .with_images = with_images};
 
 }  // namespace knead

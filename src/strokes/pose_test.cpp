@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <random>
 
@@ -340,7 +339,7 @@ TEST(Pose, TheUsualDetailIsThatOfTheThickness) {
     surface.triangles = shape.triangles;
     const double size = norm(Vec3d{thickness, thickness, 6});
     const double expected = std::clamp(0.25 * thickness / size, 0.02, 0.075);
-    EXPECT_NEAR(tool_detail::usual_detail(bent_cylinder(mesh, 30), surface), expected, 0.05 * expected) << thickness;
+    EXPECT_NEAR(detail::usual_detail(bent_cylinder(mesh, 30), surface), expected, 0.05 * expected) << thickness;
   }
 }
 

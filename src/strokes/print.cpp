@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 #include <optional>
 #include <tuple>
@@ -24,7 +23,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 constexpr double kPushesApart = 0.4;        // pushes, of the bump
 constexpr double kBumpOfHeight = 1.0 / 12;  // by default, at most
@@ -537,7 +536,7 @@ void move(PrintStroke& stroke, const std::optional<Vec3d>& /*signs*/, const Plac
 
 }  // namespace
 
-namespace tool_detail {
+namespace detail {
 
 double mean_in(const GreyTile& tile, double x0, double y0, double x1, double y1) {
   double sum = 0;
@@ -583,15 +582,15 @@ GreyPattern face_of(const Mesh& mesh, const PrintStroke& stroke) {
   return {{std::move(tile)}, size.y / pixel};
 }
 
-}  // namespace tool_detail
+}  // namespace detail
 
-constinit const tool_detail::ToolRow<PrintStroke> PrintStroke::tool{.name = "print",
-                                                                    .keys = keys,
-                                                                    .validate = validate,
-                                                                    .resolve = resolve,
-                                                                    .segments = segments,
-                                                                    .words = words,
-                                                                    .prolong = prolong,
-                                                                    .move = move};
+constinit const detail::ToolRow<PrintStroke> PrintStroke::tool{.name = "print",
+                                                               .keys = keys,
+                                                               .validate = validate,
+                                                               .resolve = resolve,
+                                                               .segments = segments,
+                                                               .words = words,
+                                                               .prolong = prolong,
+                                                               .move = move};
 
 }  // namespace knead

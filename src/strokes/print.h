@@ -23,7 +23,7 @@ struct GreyPattern {
   double height = 1;  // the print's height, in pixels
 };
 
-namespace tool_detail {
+namespace detail {
 
 // Returns the pattern of a mesh: its lowest face, as seen from above. Points that lie less than the depth above it are
 // grey. Throws InvalidInput for a mesh without faces.
@@ -32,6 +32,6 @@ GreyPattern face_of(const Mesh& mesh, const PrintStroke& stroke);
 // Returns the mean of a tile's pixels in a rectangle, in pixels from its upper left corner; what is beyond counts as 0.
 double mean_in(const GreyTile& tile, double x0, double y0, double x1, double y1);
 
-}  // namespace tool_detail
+}  // namespace detail
 
 }  // namespace knead

@@ -9,7 +9,7 @@
 
 #include "knead/error.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -214,4 +214,4 @@ std::size_t PushGrids::count() const {
   return count;
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

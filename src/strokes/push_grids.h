@@ -10,7 +10,7 @@
 #include "knead/field.h"
 #include "knead/vec.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // The wide weight of bump a and outer R is a sum of weights of bumps a, 2a, 4a, ... up to R, whose outer is the next
 // bump. The potential of each lies on grids with half its bump as spacing. Pushes that are close, by its bump, are
@@ -45,4 +45,4 @@ class PushGrids {
   std::vector<Level> levels_;
 };
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

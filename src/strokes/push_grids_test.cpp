@@ -13,7 +13,7 @@
 namespace knead::push_grids_test {
 namespace {
 
-using tool_detail::PushGrids;
+using detail::PushGrids;
 
 // One push of the wide falloff that moves its place by a vector.
 Segment push_of(const Vec3d& place, const Vec3d& vector, double bump, double outer) {

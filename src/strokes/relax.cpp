@@ -11,7 +11,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 constexpr int kMaxIterations = 100;
 
@@ -64,18 +64,18 @@ int relax_iterations(std::size_t vertices_within) {
       kMaxIterations);
 }
 
-constinit const tool_detail::ToolRow<RelaxStroke> RelaxStroke::tool{.name = "relax",
-                                                                    .is_flow = false,
-                                                                    .is_event = true,
-                                                                    .keys = keys,
-                                                                    .validate = validate,
-                                                                    .segments = RelaxedPlaces::segments,
-                                                                    .words = words,
-                                                                    .prolong = prolong,
-                                                                    .grows = RelaxedPlaces::grows,
-                                                                    .rest = RelaxedPlaces::rest,
-                                                                    .continues = continues,
-                                                                    .join = RelaxedPlaces::join,
-                                                                    .interleaved = RelaxedPlaces::interleaved};
+constinit const detail::ToolRow<RelaxStroke> RelaxStroke::tool{.name = "relax",
+                                                               .is_flow = false,
+                                                               .is_event = true,
+                                                               .keys = keys,
+                                                               .validate = validate,
+                                                               .segments = RelaxedPlaces::segments,
+                                                               .words = words,
+                                                               .prolong = prolong,
+                                                               .grows = RelaxedPlaces::grows,
+                                                               .rest = RelaxedPlaces::rest,
+                                                               .continues = continues,
+                                                               .join = RelaxedPlaces::join,
+                                                               .interleaved = RelaxedPlaces::interleaved};
 
 }  // namespace knead

@@ -5,7 +5,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 std::vector<StrokeKey> keys(RotateStroke& s) {
   return {{"center", Quantity::finite, &s.center},
@@ -35,7 +35,7 @@ std::string words(const RotateStroke& stroke, const std::string& /*unit*/) {
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<RotateStroke> RotateStroke::tool{
+constinit const detail::ToolRow<RotateStroke> RotateStroke::tool{
     .name = "rotate", .keys = keys, .validate = validate, .flow = flow_of, .warn = warn, .words = words};
 
 }  // namespace knead

@@ -8,7 +8,7 @@
 
 #include "mesh/edges.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -85,7 +85,7 @@ std::vector<SliceLoop> slice(const Vec3d& point, const Vec3d& normal, std::span<
     SliceLoop& loop = loops.try_emplace(sets.find(i), SliceLoop{0, false, cut_triangles[i]}).first->second;
     const PlanePoint& p = cuts[std::size_t{2} * i].at;
     const PlanePoint& q = cuts[std::size_t{2} * i + 1].at;
-    loop.reach = std::max({loop.reach, std::sqrt(p.x * p.x + p.y * p.y), std::sqrt(q.x * q.x + q.y * q.y)});
+    loop.extent = std::max({loop.extent, std::sqrt(p.x * p.x + p.y * p.y), std::sqrt(q.x * q.x + q.y * q.y)});
     if (crosses_ray(p, q)) loop.around_point = !loop.around_point;
   }
   std::vector<SliceLoop> result;
@@ -97,9 +97,9 @@ std::vector<SliceLoop> slice(const Vec3d& point, const Vec3d& normal, std::span<
 std::optional<SliceLoop> innermost(const std::vector<SliceLoop>& loops) {
   std::optional<SliceLoop> found;
   for (const SliceLoop& loop : loops) {
-    if (loop.around_point && (!found || loop.reach < found->reach)) found = loop;
+    if (loop.around_point && (!found || loop.extent < found->extent)) found = loop;
   }
   return found;
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

@@ -9,11 +9,11 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // Triangles that the plane cuts one after the other, across the edges that it cuts. Not closed at a border.
 struct SliceLoop {
-  double reach = 0;            // the greatest distance from the plane's point
+  double extent = 0;           // the greatest distance from the plane's point
   bool around_point = false;   // whether the loop goes around that point
   std::uint32_t triangle = 0;  // one of its triangles
 };
@@ -26,4 +26,4 @@ std::vector<SliceLoop> slice(const Vec3d& point, const Vec3d& normal, std::span<
 // Returns the innermost loop around the point, if there is one.
 std::optional<SliceLoop> innermost(const std::vector<SliceLoop>& loops);
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

@@ -12,7 +12,7 @@
 #include "strokes/describe.h"
 #include "strokes/suffix.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -75,15 +75,13 @@ bool SlippingContacts::is_near(const Vec3d& point, const std::vector<Penetration
                      [&](const Penetration& each) { return norm2(each.point - point) < radius_ * radius_; });
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail
 
 namespace knead {
 
 namespace {
 
-using tool_detail::Contact;
-using tool_detail::StampStep;
-using tool_detail::StampTool;
+using namespace detail;
 
 constexpr double kDefaultOuter = 1.5;    // of the tool's half width
 constexpr double kNarrowestPrint = 0.9;  // of the half width: the least `outer` for an automatic contact
@@ -121,7 +119,7 @@ std::vector<Vec3d> directions_of(std::span<const Vec3d> path) {
   std::vector<Vec3d> directions;
   const std::size_t stride = 1 + (path.size() - 2) / kMaxDirections;
   for (std::size_t i = 0; i + 1 < path.size(); i += stride) {
-    if (path[i + 1] != path[i]) directions.push_back(tool_detail::unit(path[i + 1] - path[i]));
+    if (path[i + 1] != path[i]) directions.push_back(detail::unit(path[i + 1] - path[i]));
   }
   if (directions.empty()) directions.push_back({0, 0, 1});
   return directions;
@@ -281,7 +279,7 @@ class Stamper {
   int threads_;
   bool slips_;
   Lengths lengths_;
-  tool_detail::SlippingContacts slipping_;
+  detail::SlippingContacts slipping_;
   StampResult result_;
 };
 
@@ -307,8 +305,6 @@ std::size_t stamp_segments(const StampStroke& stroke, const Mesh& tool) {
 }
 
 namespace {
-
-using namespace tool_detail;
 
 std::vector<StrokeKey> keys(StampStroke& s) {
   return {{"mesh", Quantity::other, &s.mesh},
@@ -362,16 +358,16 @@ using StampedPath = Growing<StampStroke, &StampStroke::path, 1>;
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<StampStroke> StampStroke::tool{.name = "stamp",
-                                                                    .keys = keys,
-                                                                    .validate = validate_stamp,
-                                                                    .resolve = resolve,
-                                                                    .segments = segments,
-                                                                    .words = words,
-                                                                    .prolong = prolong,
-                                                                    .blends = blends,
-                                                                    .path = &StampStroke::path,
-                                                                    .continues = StampedPath::continues,
-                                                                    .pieces = StampedPath::pieces};
+constinit const detail::ToolRow<StampStroke> StampStroke::tool{.name = "stamp",
+                                                               .keys = keys,
+                                                               .validate = validate_stamp,
+                                                               .resolve = resolve,
+                                                               .segments = segments,
+                                                               .words = words,
+                                                               .prolong = prolong,
+                                                               .blends = blends,
+                                                               .path = &StampStroke::path,
+                                                               .continues = StampedPath::continues,
+                                                               .pieces = StampedPath::pieces};
 
 }  // namespace knead

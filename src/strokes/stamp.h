@@ -13,7 +13,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // Places are relative to the tool's origin; directions are unit vectors. The tool need not be convex or connected. If
 // it passes through itself, a point inside any part is inside.
@@ -151,7 +151,7 @@ class SlippingContacts {
   std::vector<StampPlace> pressed_;  // where the tool has been; half as far apart as pins
 };
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail
 
 // Stamping (paper, section 4.4; method, section 4): a closed tool presses its shape into the surface.
 namespace knead {

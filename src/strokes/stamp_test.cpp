@@ -15,9 +15,9 @@
 namespace knead::stamp_test {
 namespace {
 
-using tool_detail::Contact;
-using tool_detail::find_contacts;
-using tool_detail::StampTool;
+using detail::Contact;
+using detail::find_contacts;
+using detail::StampTool;
 
 // A shape under a stamp, and the strokes that it was given.
 class Bench {
@@ -506,7 +506,7 @@ TEST(Stamp, RefusesNumbersThatMeanNothing) {
 TEST(Contacts, AreSpreadEvenly) {
   Bench bench(sphere(16002));
   const StampTool tool(sphere(642), scaling(0.4));
-  const tool_detail::StampStep step{{0, 0, 1.35}, {0, 0, -0.03}, 0.03};
+  const detail::StampStep step{{0, 0, 1.35}, {0, 0, -0.03}, 0.03};
   const std::vector<Contact> contacts = find_contacts(tool, bench.surface(), step);
   ASSERT_GT(contacts.size(), 20U);
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <tuple>
-#include <unordered_map>
 
 #include "knead/error.h"
 #include "knead/mesh.h"
 #include "knead/vec.h"
 #include "strokes/stamp.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -31,11 +29,6 @@ std::vector<T> collected(std::size_t count, int threads, Body body) {
   std::vector<T> all;
   for (const std::vector<T>& chunk : chunks) all.insert(all.end(), chunk.begin(), chunk.end());
   return all;
-}
-
-bool holds(const Box& box, const Vec3d& p) {
-  return p.x >= box.min.x && p.x <= box.max.x && p.y >= box.min.y && p.y <= box.max.y && p.z >= box.min.z &&
-         p.z <= box.max.z;
 }
 
 bool may_reach(const Box& box, const std::array<Vec3d, 3>& c) {
@@ -73,7 +66,8 @@ void sample(const Triangle& t, const std::array<Vec3d, 3>& c, const Box& box, do
       place.barycentric[apex] = up;
       place.barycentric[j] = (1 - up) * column / columns;
       place.barycentric[i] = (1 - up) * (columns - column) / columns;
-      if (holds(box, c[i] * place.barycentric[i] + c[j] * place.barycentric[j] + c[apex] * up)) places.push_back(place);
+      if (contains(box, c[i] * place.barycentric[i] + c[j] * place.barycentric[j] + c[apex] * up))
+        places.push_back(place);
     }
   }
 }
@@ -83,7 +77,7 @@ std::vector<StampPlace> places_in(const Box& box, const LiveSurface& surface, co
   const std::span<const Vec3d> positions = surface.positions;
   std::vector<StampPlace> places = collected<StampPlace>(positions.size(), step.threads, [&](std::size_t i, auto& out) {
     const auto v = static_cast<std::uint32_t>(i);
-    if (holds(box, positions[i])) out.push_back({{v, v, v}});
+    if (contains(box, positions[i])) out.push_back({{v, v, v}});
   });
   const std::vector<StampPlace> samples =
       collected<StampPlace>(surface.triangles.size(), step.threads, [&](std::size_t i, auto& out) {
@@ -312,4 +306,4 @@ double StampTool::narrowest_width(const Vec3d& direction, double below) const {
   return 2 * half_width(direction);
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

@@ -6,7 +6,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::tool_detail::stamp_tool_test {
+namespace knead::detail::stamp_tool_test {
 namespace {
 
 // The sphere of radius 0.5 about that place.
@@ -101,4 +101,4 @@ TEST(StampTool, RefusesWhatIsNoSolid) {
 }
 
 }  // namespace
-}  // namespace knead::tool_detail::stamp_tool_test
+}  // namespace knead::detail::stamp_tool_test

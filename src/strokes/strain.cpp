@@ -8,10 +8,12 @@
 
 #include "field/grid.h"
 #include "flow/lattice_map.h"
+#include "flow/segment_mover.h"
 #include "knead/error.h"
 #include "knead/flow.h"
 #include "knead/vec.h"
 #include "math/elementary.h"
+#include "math/geometry.h"
 
 namespace knead {
 
@@ -25,22 +27,6 @@ constexpr std::size_t kPathLines = 7;
 constexpr double kTorn = 0.5;
 constexpr std::size_t kMaxWeights = 4'000'000;
 constexpr std::size_t kPointsAtOnce = 1024;
-constexpr int kMaxSweeps = 30;
-
-// Turns two columns so that they are perpendicular. Returns whether they were not.
-bool make_perpendicular(Vec3d& a, Vec3d& b) {
-  const double product = dot(a, b);
-  const double aa = norm2(a);
-  const double bb = norm2(b);
-  if (!(std::abs(product) > 1e-15 * std::sqrt(aa * bb))) return false;
-  const double zeta = (bb - aa) / (2 * product);
-  const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::sqrt(1 + zeta * zeta));
-  const double c = 1 / std::sqrt(1 + t * t);
-  const Vec3d old = a;
-  a = (old - b * t) * c;
-  b = (b + old * t) * c;
-  return true;
-}
 
 // One column of the Jacobian from a point's image and those of its neighbours on both sides. Near a limit cylinder's
 // border one of them may have been torn off.
@@ -65,11 +51,6 @@ Stretches stretches_at(std::span<const Vec3d> images, double step) {
 // Whether the inner motion deforms, so that the inner region is stretched too.
 bool deforms(const Motion& motion) {
   return !std::holds_alternative<Translation<double>>(motion) && !std::holds_alternative<Rotation<double>>(motion);
-}
-
-bool is_within(const LimitCylinder& limit_cylinder, const Vec3d& p) {
-  const Vec3d d = p - limit_cylinder.center;
-  return norm2(d - limit_cylinder.axis * dot(d, limit_cylinder.axis)) <= limit_cylinder.radius * limit_cylinder.radius;
 }
 
 // Returns the change of r at a point while a half-space turns: the inner region turns as much against it.
@@ -101,9 +82,9 @@ bool is_deformed(const Segment& segment, const Vec3d& p) {
                        [&](const Segment& part) { return is_deformed(part, p); });
   }
   if (!segment.curve.is_empty()) return true;
-  if (!segment.lattice.is_empty()) return !detail::LatticeReach(segment).misses(p, 0);
+  if (!segment.lattice.is_empty()) return !detail::LatticeSupport(segment).misses(p, 0);
   if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p);
-  if (segment.limit_cylinder && !is_within(*segment.limit_cylinder, p)) return false;
+  if (segment.limit_cylinder && !detail::is_within(*segment.limit_cylinder, p)) return false;
   return std::any_of(segment.fields.begin(), segment.fields.end(),
                      [&](const Field& field) { return is_deformed(segment, field, p); });
 }
@@ -133,12 +114,7 @@ double badness(const Stretches& s) { return s.least > 0 ? std::max(s.greatest, 1
 
 Stretches stretches_of(const Mat3d& gradient) {
   std::array<Vec3d, 3> columns{gradient.column(0), gradient.column(1), gradient.column(2)};
-  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
-    const bool first = make_perpendicular(columns[0], columns[1]);
-    const bool second = make_perpendicular(columns[0], columns[2]);
-    const bool third = make_perpendicular(columns[1], columns[2]);
-    if (!first && !second && !third) break;
-  }
+  detail::orthogonalise(columns);
   std::array<double, 3> values{norm(columns[0]), norm(columns[1]), norm(columns[2])};
   std::sort(values.begin(), values.end());
   return {values[2], values[1], values[0]};

@@ -164,7 +164,7 @@ TEST(Zone, OfABendWantsAWidthForAngleAndReach) {
   const Stroke thin = bend(60, 0.3);
   const ZoneProfile profile = zone_profile(thin, surface.positions, surface.triangles);
   const ZoneCheck check = check_zone(thin, profile).value();
-  EXPECT_NEAR(check.reach, 0.5, 1e-3);
+  EXPECT_NEAR(check.extent, 0.5, 1e-3);
   EXPECT_EQ(check.width, 0.3);
   EXPECT_NEAR(check.safe, 2.4 * 60 * kDegree * 0.5, 1e-3);
   EXPECT_TRUE(check.is_too_thin);
@@ -236,8 +236,8 @@ TEST(Zone, AnEdgeReachesOverItsPartOfTheMotion) {
 TEST(Zone, CountsWhatTurnsIntoIt) {
   const std::vector<Vec3d> positions{{0, 0.1, 0}, {0, -0.1, 0.01}, {0, 2, 0.5}, {0, 3, 4}};
   const ZoneProfile profile = zone_profile(bend(60, 0.1), positions, {});
-  EXPECT_NEAR(check_zone(bend(1, 0.1), profile)->reach, 0.1, 1e-12);
-  EXPECT_NEAR(check_zone(bend(60, 0.1), profile)->reach, 2, 1e-12);
+  EXPECT_NEAR(check_zone(bend(1, 0.1), profile)->extent, 0.1, 1e-12);
+  EXPECT_NEAR(check_zone(bend(60, 0.1), profile)->extent, 2, 1e-12);
 }
 
 TEST(Zone, IsOfItsOwnLineOnly) {
@@ -248,14 +248,14 @@ TEST(Zone, IsOfItsOwnLineOnly) {
   EXPECT_FALSE(check_zone(other, profile));
   EXPECT_FALSE(check_zone(ImplicitStroke{{{0, 0, 0}, {1, 0, 0}}, 0.1, 0.2}, profile));
   EXPECT_EQ(with_safe_zone(other, profile), Stroke(other));
-  EXPECT_TRUE(zone_profile(ImplicitStroke{}, surface.positions, surface.triangles).reach.empty());
+  EXPECT_TRUE(zone_profile(ImplicitStroke{}, surface.positions, surface.triangles).extents.empty());
 }
 
 // The slices between the vertices of a coarse mesh are not empty.
 TEST(Zone, SeesLongEdges) {
   const Surface surface(make_shape(ShapeKind::box, shape_counts(ShapeKind::box).minimum));
   const BendStroke thin{{0.013, 0, 0}, {0, 0, 1}, {-1, 0, 0}, 5, BendWidth{0.005}};
-  EXPECT_NEAR(check_zone(thin, zone_profile(thin, surface.positions, surface.triangles))->reach, 0.5, 1e-9);
+  EXPECT_NEAR(check_zone(thin, zone_profile(thin, surface.positions, surface.triangles))->extent, 0.5, 1e-9);
 }
 
 }  // namespace

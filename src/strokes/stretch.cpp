@@ -8,7 +8,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 std::vector<StrokeKey> keys(StretchStroke& s) {
   return {{"center", Quantity::finite, &s.center},
@@ -43,12 +43,12 @@ std::string words(const StretchStroke& stroke, const std::string& /*unit*/) {
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<StretchStroke> StretchStroke::tool{.name = "stretch",
-                                                                        .keys = keys,
-                                                                        .validate = validate,
-                                                                        .flow = flow_of,
-                                                                        .warn = warn,
-                                                                        .words = words,
-                                                                        .prolong = prolong};
+constinit const detail::ToolRow<StretchStroke> StretchStroke::tool{.name = "stretch",
+                                                                   .keys = keys,
+                                                                   .validate = validate,
+                                                                   .flow = flow_of,
+                                                                   .warn = warn,
+                                                                   .words = words,
+                                                                   .prolong = prolong};
 
 }  // namespace knead

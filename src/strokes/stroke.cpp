@@ -15,7 +15,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 // Returns the public description of a row.
 template <class S>
@@ -249,7 +249,7 @@ Stroke prolonged(const Stroke& stroke, double strength) {
   return result;
 }
 
-namespace tool_detail {
+namespace detail {
 
 std::string instead_of_vertices(const StrokeKey& key) {
   return applies(key) ? std::visit(InsteadOfVertices{key.name}, key.value) : "";
@@ -298,6 +298,6 @@ void warn_of_thin_shell(const Thresholds<double>& thresholds, Warnings& warnings
                   inner / outer, counter_flow(thresholds)));
 }
 
-}  // namespace tool_detail
+}  // namespace detail
 
 }  // namespace knead

@@ -10,7 +10,7 @@ namespace {
 // Calls body with the row of the tool and both strokes; nothing if these are of two tools.
 template <class Body>
 auto of_both(const Stroke& a, const Stroke& b, const Body& body) {
-  return tool_detail::with_row(a, [&]<class S>(const tool_detail::ToolRow<S>& row, const S& first) {
+  return detail::with_row(a, [&]<class S>(const detail::ToolRow<S>& row, const S& first) {
     const S* second = std::get_if<S>(&b);
     return second != nullptr ? body(row, first, *second) : decltype(body(row, first, *second)){};
   });
@@ -46,7 +46,7 @@ bool continues(const Stroke& last, const Stroke& next) {
 
 bool join(Stroke& last, const Stroke& next) {
   if (!continues(last, next)) return false;
-  return tool_detail::with_row(last, [&]<class S>(const tool_detail::ToolRow<S>& row, S& own) {
+  return detail::with_row(last, [&]<class S>(const detail::ToolRow<S>& row, S& own) {
     if (row.join == nullptr) return false;
     row.join(own, std::get<S>(next));
     return true;

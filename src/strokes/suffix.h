@@ -32,7 +32,7 @@ bool join(Stroke& last, const Stroke& next);
 
 }  // namespace knead
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // The functions of a row (strokes/describe.h) for a stroke whose list grows. Two strokes that continue each other share
 // `kShared` items: 1 for a path, 0 for separate places.
@@ -92,4 +92,4 @@ struct Growing {
   }
 };
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

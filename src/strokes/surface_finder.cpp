@@ -7,7 +7,7 @@
 
 #include "math/elementary.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 namespace {
 
@@ -126,4 +126,4 @@ Vec3d SurfaceFinder::vertex_normal(std::uint32_t vertex) const {
   return unit_or_nothing(sum).value_or(Vec3d{0, 0, 0});
 }
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

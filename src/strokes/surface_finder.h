@@ -8,7 +8,7 @@
 #include "knead/editor/tools.h"
 #include "knead/mesh.h"
 
-namespace knead::tool_detail {
+namespace knead::detail {
 
 // Finds the closest points on the current surface. The surface must outlive it.
 class SurfaceFinder {
@@ -34,4 +34,4 @@ class SurfaceFinder {
   std::vector<std::uint32_t> around_;  // the triangles at each vertex
 };
 
-}  // namespace knead::tool_detail
+}  // namespace knead::detail

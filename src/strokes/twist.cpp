@@ -11,7 +11,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 double rate_of(const TwistStroke& stroke) {
   return stroke.angle_deg ? *stroke.angle_deg / (stroke.inner - stroke.outer) : stroke.rate_deg;
@@ -82,15 +82,15 @@ void resolve(const TwistStroke& stroke, SurfaceRun& run) { resolve_radius(stroke
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<TwistStroke> TwistStroke::tool{.name = "twist",
-                                                                    .keys = keys,
-                                                                    .prepare = prepare,
-                                                                    .validate = validate,
-                                                                    .reads_surface = reads_surface,
-                                                                    .resolve = resolve,
-                                                                    .flow = flow_of,
-                                                                    .words = words,
-                                                                    .zone = zone,
-                                                                    .set_zone = set_zone};
+constinit const detail::ToolRow<TwistStroke> TwistStroke::tool{.name = "twist",
+                                                               .keys = keys,
+                                                               .prepare = prepare,
+                                                               .validate = validate,
+                                                               .reads_surface = reads_surface,
+                                                               .resolve = resolve,
+                                                               .flow = flow_of,
+                                                               .words = words,
+                                                               .zone = zone,
+                                                               .set_zone = set_zone};
 
 }  // namespace knead

@@ -1,8 +1,6 @@
 // The widest transition that fits beside points that are to rest.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "knead/editor/tools.h"

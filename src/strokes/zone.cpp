@@ -20,10 +20,10 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 constexpr std::size_t kSlices = 256;
-// Widths of a bend over angle times reach (method, section 10): at the first it stretches about 2 times, at the second
+// Widths of a bend over angle times extent (method, section 10): at the first it stretches about 2 times, at the second
 // 3 times.
 constexpr double kSafeWidth = 2.4;
 constexpr double kMinWidth = 1.6;
@@ -70,9 +70,9 @@ bool counts(const ZoneProfile& profile, const ZonePlace& place) {
 void add(ZoneProfile& profile, const ZonePlace& place) {
   if (!counts(profile, place)) return;
   const double slice = (place.r - profile.first) / profile.height;
-  const auto last = static_cast<double>(profile.reach.size() - 1);
-  double& reach = profile.reach[static_cast<std::size_t>(std::clamp(slice, 0.0, last))];
-  reach = std::max(reach, place.distance);
+  const auto last = static_cast<double>(profile.extents.size() - 1);
+  double& extent = profile.extents[static_cast<std::size_t>(std::clamp(slice, 0.0, last))];
+  extent = std::max(extent, place.distance);
 }
 
 // Adds an edge where it goes from slice to slice, unless its ends are in neighbouring slices: they are added as points.
@@ -94,12 +94,13 @@ void add_edge(ZoneProfile& profile, const Vec3d& a, const Vec3d& b) {
 
 // Returns the greatest distance of the parts between two heights, also of those that come there while a bend's zone
 // turns.
-double reach_within(const ZoneProfile& profile, double inner, double outer, double turn) {
+double extent_within(const ZoneProfile& profile, double inner, double outer, double turn) {
   double most = 0;
-  for (std::size_t i = 0; i < profile.reach.size(); ++i) {
-    const double reach = profile.reach[i];
+  for (std::size_t i = 0; i < profile.extents.size(); ++i) {
+    const double extent = profile.extents[i];
     const double begin = profile.first + static_cast<double>(i) * profile.height;
-    if (begin <= outer + reach * turn && begin + profile.height >= inner - reach * turn) most = std::max(most, reach);
+    if (begin <= outer + extent * turn && begin + profile.height >= inner - extent * turn)
+      most = std::max(most, extent);
   }
   return most;
 }
@@ -109,15 +110,15 @@ double turn_of(const StrokeZone& zone) {
   return zone.bends() ? sincos(std::min(0.5 * zone.angle, 0.5 * std::numbers::pi)).sin : 0;
 }
 
-double reach_of(const StrokeZone& zone, const ZoneProfile& profile) {
+double extent_of(const StrokeZone& zone, const ZoneProfile& profile) {
   // A twist shears its whole inner region.
   const double inner = zone.bends() ? zone.between.inner : -kInfinity;
   const double shift = dot(zone.normal, zone.center - profile.center);
-  return reach_within(profile, inner + shift, zone.between.outer + shift, turn_of(zone));
+  return extent_within(profile, inner + shift, zone.between.outer + shift, turn_of(zone));
 }
 
-double safe_width(const StrokeZone& zone, double reach) {
-  return zone.bends() ? kSafeWidth * default_angle(zone) * reach : default_angle(zone) * reach / kSafeShear;
+double safe_width(const StrokeZone& zone, double extent) {
+  return zone.bends() ? kSafeWidth * default_angle(zone) * extent : default_angle(zone) * extent / kSafeShear;
 }
 
 // The same zone with another width.
@@ -132,7 +133,7 @@ StrokeZone widened(const StrokeZone& zone, double width) {
 // Widening includes more of the shape, which may be wider there; it ends at the end of the shape.
 StrokeZone with_safe_width(StrokeZone zone, const ZoneProfile& profile) {
   for (int round = 0; round < kMaxRounds; ++round) {
-    const double width = safe_width(zone, reach_of(zone, profile));
+    const double width = safe_width(zone, extent_of(zone, profile));
     if (width <= zone.width() * (1 + 1e-12)) break;
     zone = widened(zone, width);
   }
@@ -140,7 +141,7 @@ StrokeZone with_safe_width(StrokeZone zone, const ZoneProfile& profile) {
 }
 
 bool fits(const StrokeZone& zone, const ZoneProfile& profile) {
-  if (profile.reach.empty() || !(norm(zone.normal - profile.normal) < 1e-9)) return false;
+  if (profile.extents.empty() || !(norm(zone.normal - profile.normal) < 1e-9)) return false;
   if (!(norm(zone.side - profile.side) < 1e-9) || zone.radius != profile.radius) return false;
   const Vec3d d = zone.center - profile.center;
   return norm(d - zone.normal * dot(zone.normal, d)) <= 1e-9 * (profile.height * static_cast<double>(kSlices));
@@ -173,11 +174,11 @@ std::vector<Vec3d> resting(const Stroke& stroke, std::span<const Vec3d> points, 
 }
 
 bool misses_all(const Stroke& stroke, std::span<const Vec3d> points, int threads) {
-  const FlowReach reach(flow_of(stroke));
+  const FlowSupport support(flow_of(stroke));
   std::atomic<bool> misses{true};
   parallel_for(points.size(), 1024, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end && misses; ++i) {
-      if (reach.may_move(points[i], 0)) misses = false;
+      if (support.may_move(points[i], 0)) misses = false;
     }
   });
   return misses;
@@ -185,13 +186,13 @@ bool misses_all(const Stroke& stroke, std::span<const Vec3d> points, int threads
 
 }  // namespace
 
-double tool_detail::rounded_down(double x) {
+double detail::rounded_down(double x) {
   if (!(x > 0)) return 0;
   const double scale = elementary::power_of_ten(2 - elementary::decimal_exponent(x));
   return scale >= 1 ? std::floor(x * scale) / scale : std::floor(x * scale) * std::round(1 / scale);
 }
 
-std::optional<StrokeZone> tool_detail::zone_of(const Stroke& stroke) {
+std::optional<StrokeZone> detail::zone_of(const Stroke& stroke) {
   return with_row(stroke, [](const auto& row, const auto& own) -> std::optional<StrokeZone> {
     if (row.zone == nullptr) return std::nullopt;
     StrokeZone zone;
@@ -216,7 +217,7 @@ ZoneProfile zone_profile(const Stroke& stroke, std::span<const Vec3d> positions,
   if (!(most > least)) return {};
   profile.first = least;
   profile.height = (most - least) / static_cast<double>(kSlices);
-  profile.reach.assign(kSlices, -1);
+  profile.extents.assign(kSlices, -1);
   for (const Vec3d& p : positions) add(profile, place_of(profile, p));
   for (const auto& [a, b, c] : triangles) {
     add_edge(profile, positions[a], positions[b]);
@@ -231,12 +232,12 @@ std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& pro
   if (!zone || !fits(*zone, profile)) return std::nullopt;
   ZoneCheck check;
   check.width = zone->width();
-  check.reach = reach_of(*zone, profile);
+  check.extent = extent_of(*zone, profile);
   check.safe = with_safe_width(*zone, profile).width();
   if (zone->bends()) {
-    check.is_too_thin = check.width < kMinWidth * default_angle(*zone) * check.reach;
+    check.is_too_thin = check.width < kMinWidth * default_angle(*zone) * check.extent;
   } else {
-    check.stretch = stretch_of_shear(default_angle(*zone) / check.width * check.reach);
+    check.stretch = stretch_of_shear(default_angle(*zone) / check.width * check.extent);
     check.is_too_thin = check.stretch > kStrongStretch;
   }
   return check;
@@ -282,13 +283,13 @@ std::optional<std::string> zone_warning(const Stroke& stroke, const ZoneProfile&
     return fmt::format(
         "the twist stretches a part that reaches {:.3g} from its line about {:.2g} times; use a \"rate_deg\" of {:.3g} "
         "or less",
-        check->reach, check->stretch, std::abs(degrees) * check->width / check->safe);
+        check->extent, check->stretch, std::abs(degrees) * check->width / check->safe);
   }
   return fmt::format(
       "the zone of the bend is {:.3g} wide, too thin for {:.4g} degrees and a part that reaches {:.3g} from its axis: "
       "the part is stretched more than 3 times and may become a sheet; make the zone {:.3g} wide or wider, or bend "
       "less",
-      check->width, degrees, check->reach, check->safe);
+      check->width, degrees, check->extent, check->safe);
 }
 
 std::optional<double> widest_outer(const Stroke& stroke, std::span<const Vec3d> boundary, int threads) {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "knead/knead.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/version.h"
 #include "support/test_meshes.h"
 
 namespace knead::documents_test {

@@ -6,7 +6,6 @@
 #include <limits>
 #include <numeric>
 
-#include "knead/animation.h"
 #include "knead/certify.h"
 #include "knead/editor/tools.h"
 #include "knead/editor/workbench.h"

@@ -144,7 +144,7 @@ class Soak {
 
   WorkResult follow(WorkResult result, Journal& journal) {
     if (!result.is_done()) ++count_.refused;
-    journal.replace(result.lines.taken_back, result.lines.appended);
+    journal.replace(result.lines.undone, result.lines.appended);
     return result;
   }
 

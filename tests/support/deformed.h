@@ -47,7 +47,7 @@ class Deformed {
  private:
   Mesh mesh_;
   Flow flow_;
-  FlowReach reach_;
+  FlowSupport reach_;
   AdvectOptions options_;
   std::vector<Vec3d> after_;
 };

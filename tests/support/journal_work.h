@@ -59,7 +59,7 @@ class RandomWork {
     if (back == 0) {
       journal->append(added);
     } else if (added.empty()) {
-      journal->take_back(back);
+      journal->undo(back);
     } else {
       journal->replace(back, added);
     }

@@ -10,7 +10,7 @@ namespace knead::test {
 
 namespace {
 
-using namespace remesh_detail;
+using namespace detail;
 
 SurfaceTree tree_of(const Surface& s) {
   std::vector<Triangle> triangles;

@@ -34,10 +34,10 @@ inline std::vector<double> at_corner(const Mesh& mesh, std::size_t face, std::si
 // the material of a face of a GLB file. For each face.
 inline std::vector<std::string> states_of(const ShapeFile& shape) {
   std::vector<std::string> states;
-  if (const io_detail::gltf::Layout* glb = io_detail::find_layout<io_detail::gltf::Layout>(shape)) {
+  if (const detail::gltf::Layout* glb = detail::find_layout<detail::gltf::Layout>(shape)) {
     const GlbJson json = json_of(shape.bytes);
     for (std::size_t r = 0; r < glb->faces.size(); ++r) {
-      const io_detail::gltf::Block& block = glb->blocks[glb->faces[r].block];
+      const detail::gltf::Block& block = glb->blocks[glb->faces[r].block];
       const GlbJson& primitive = json["meshes"][block.mesh]["primitives"][glb->faces[r].primitive];
       const std::string material = primitive.contains("material") ? primitive["material"].dump() : "none";
       const std::size_t end = r + 1 < glb->faces.size() ? glb->faces[r + 1].first : shape.mesh.face_count();

@@ -58,24 +58,24 @@ inline bool holds_floats(const ShapeFile& shape) { return stores_floats("shape."
 // scan does.
 inline std::vector<bool> held_positions(const ShapeFile& shape) {
   std::vector<bool> held(shape.mesh.vertex_count(), true);
-  if (const io_detail::ptx::Layout* ptx = io_detail::find_layout<io_detail::ptx::Layout>(shape)) {
-    for (const io_detail::ptx::Scan& scan : ptx->scans) {
+  if (const detail::ptx::Layout* ptx = detail::find_layout<detail::ptx::Layout>(shape)) {
+    for (const detail::ptx::Scan& scan : ptx->scans) {
       if (!scan.is_identity()) held.assign(held.size(), false);
     }
     return held;
   }
-  if (const auto* solver = io_detail::find_layout<io_detail::solver::Layout>(shape)) {
+  if (const auto* solver = detail::find_layout<detail::solver::Layout>(shape)) {
     return std::vector<bool>(held.size(), !solver->rounds);
   }
-  if (const auto* threemf = io_detail::find_layout<io_detail::threemf::Layout>(shape)) {
-    for (const io_detail::threemf::Instance& instance : threemf->instances) {
+  if (const auto* threemf = detail::find_layout<detail::threemf::Layout>(shape)) {
+    for (const detail::threemf::Instance& instance : threemf->instances) {
       std::fill_n(held.begin() + instance.first_vertex, instance.vertices, instance.placement.is_identity());
     }
     return held;
   }
-  const io_detail::gltf::Layout* gltf = io_detail::find_layout<io_detail::gltf::Layout>(shape);
+  const detail::gltf::Layout* gltf = detail::find_layout<detail::gltf::Layout>(shape);
   if (gltf == nullptr) return held;
-  for (const io_detail::gltf::Block& block : gltf->blocks) {
+  for (const detail::gltf::Block& block : gltf->blocks) {
     const bool is_placed = !(block.placement.linear == Mat3d{} && block.placement.offset == Vec3d{});
     for (std::size_t i = block.first; is_placed && i < block.first + block.count; ++i) held[i] = false;
   }

@@ -108,8 +108,8 @@ inline Remade split_all(const Mesh& mesh) {
 // The list of faces of the source in one primitive; the face's own for other formats that put faces where their source
 // was.
 inline std::size_t place_of(const ShapeFile& source, std::uint32_t face) {
-  const io_detail::gltf::Layout* glb = io_detail::find_layout<io_detail::gltf::Layout>(source);
-  const io_detail::stl::Layout* stl = io_detail::find_layout<io_detail::stl::Layout>(source);
+  const detail::gltf::Layout* glb = detail::find_layout<detail::gltf::Layout>(source);
+  const detail::stl::Layout* stl = detail::find_layout<detail::stl::Layout>(source);
   if (source.format == "obj" || source.format == "3mf" || (stl != nullptr && !stl->binary)) return face;
   if (glb == nullptr) return 0;
   std::size_t run = 0;

@@ -161,12 +161,12 @@ void Document::journal(const LineChange& now) {
   is_dragging_layers_ = false;
   if (!journal_ || change.empty()) return;
   const auto began = std::chrono::steady_clock::now();
-  if (change.taken_back == 0) {
+  if (change.undone == 0) {
     journal_->append(change.appended);
   } else if (change.appended.empty()) {
-    journal_->take_back(change.taken_back);
+    journal_->undo(change.undone);
   } else {
-    journal_->replace(change.taken_back, change.appended);
+    journal_->replace(change.undone, change.appended);
   }
   shown_.journal_seconds = seconds_since(began);
   shown_.journal_trouble = journal_->trouble().value_or("");

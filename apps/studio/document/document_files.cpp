@@ -2,18 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "document/document.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 
 namespace knead::studio {
 

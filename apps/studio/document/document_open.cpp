@@ -17,7 +17,6 @@
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 
 namespace knead::studio {
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <sstream>
 #include <string_view>
@@ -76,12 +75,6 @@ void give_name(std::vector<SessionStroke>& strokes, const std::string& name) {
 }
 
 Layers::iterator at(Layers& layers, std::size_t entry) { return layers.begin() + static_cast<std::ptrdiff_t>(entry); }
-
-std::string in_lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 // A path with the numbers of strokes that it is made of.
 struct OwnedPath {
@@ -288,8 +281,8 @@ const StudioTool* tool_of(std::span<const SessionStroke> strokes) {
 }
 
 bool is_found(std::span<const SessionStroke> strokes, const std::string& text) {
-  const std::string where = in_lower_case(name_of(strokes) + " " + words_of(strokes, {}));
-  std::istringstream words(in_lower_case(text));
+  const std::string where = lower(name_of(strokes) + " " + words_of(strokes, {}));
+  std::istringstream words(lower(text));
   for (std::string word; words >> word;) {
     if (where.find(word) == std::string::npos) return false;
   }

@@ -1,6 +1,5 @@
 // Bends the shape along a line: a handle of the line is dragged, or a new line is drawn in the picture.
 #include <cmath>
-#include <utility>
 
 #include "gestures/gesture_kinds.h"
 #include "knead/editor/tools.h"

@@ -1,6 +1,5 @@
 // The line through the shape: its handles, drawn lines, what is refused, and undo.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fstream>
 

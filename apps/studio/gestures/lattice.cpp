@@ -1,5 +1,4 @@
 // Moves the shape by the control points of a lattice about it, and selects them.
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

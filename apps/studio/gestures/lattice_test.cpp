@@ -1,6 +1,4 @@
 // The lattice about the shape: its control points, their selection, one stroke that grows, what is refused, and undo.
-#include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <string>
 #include <vector>

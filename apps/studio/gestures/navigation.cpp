@@ -57,8 +57,7 @@ double distance_of(const View& view) { return view.height / (2 * std::tan(view.f
 std::array<Vec3d, 8> corners_along(const Axes& axes, const Box& box) {
   std::array<Vec3d, 8> corners;
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Vec3d p{(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
-                  (i & 4) != 0 ? box.max.z : box.min.z};
+    const Vec3d p = box.corner(i);
     corners[i] = {dot(p, axes.right), dot(p, axes.up), dot(p, axes.back)};
   }
   return corners;

@@ -1,8 +1,6 @@
 // Parts of a pose: marked on vertices, followed as the shape changes, drawn round, painted, and moved.
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <map>
 #include <numbers>
 #include <numeric>
 

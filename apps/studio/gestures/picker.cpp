@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "knead/vec.h"
@@ -13,7 +12,7 @@ namespace knead::studio {
 namespace {
 
 constexpr double kParallel = 1e-6;
-constexpr double kMostPointReach = 0.02;  // of the diagonal of a point cloud
+constexpr double kMaxPointDistance = 0.02;  // of the diagonal of a point cloud
 
 double target_distance(const Screen& screen) { return norm(screen.camera.target - screen.camera.eye); }
 
@@ -102,7 +101,7 @@ Picker::Picker(const ShapeState& state, const std::vector<bool>& faces)
   if (!links_.triangles.empty() || positions_.empty()) return;
   // About the distance of neighbours on a surface.
   const double apart = 1 / std::sqrt(static_cast<double>(positions_.size()));
-  point_reach_ = std::min(kMostPointReach, apart) * bounding_box(positions_).diagonal();
+  point_distance_ = std::min(kMaxPointDistance, apart) * bounding_box(positions_).diagonal();
 }
 
 Picker::Links Picker::links_of(const ShapeState& state, const std::vector<bool>& faces) {
@@ -177,7 +176,7 @@ std::optional<SurfaceHit> Picker::pick_point(const Ray& ray, const ShapeState& n
   for (std::uint32_t v = 0; v < positions_.size(); ++v) {
     const Vec3d d = positions_[v] - ray.origin;
     const double depth = dot(d, ray.direction);
-    if (!(depth > 0 && depth < least) || norm2(d) - depth * depth > point_reach_ * point_reach_) continue;
+    if (!(depth > 0 && depth < least) || norm2(d) - depth * depth > point_distance_ * point_distance_) continue;
     least = depth;
     first = v;
   }

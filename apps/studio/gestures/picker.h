@@ -117,7 +117,7 @@ class Picker {
   Links links_;
   Snapshot followed_;
   std::vector<Vec3d> positions_;  // of it
-  double point_reach_ = 0;        // how closely a ray passes a point of a cloud
+  double point_distance_ = 0;     // how closely a ray passes a point of a cloud
   SurfaceTree tree_;
 };
 

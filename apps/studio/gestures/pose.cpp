@@ -1,6 +1,5 @@
 // The poses of gestures that drag pins or parts.
 #include <algorithm>
-#include <cmath>
 
 #include "gestures/gesture_kinds.h"
 #include "knead/editor/tools.h"

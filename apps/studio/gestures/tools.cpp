@@ -405,10 +405,14 @@ Vec3d on_axis(const Symmetry& symmetry, const Vec3d& p) {
 
 std::span<const StudioTool> studio_tools() { return kTools; }
 
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
 std::string word_of(const StudioTool& tool) {
-  std::string word = tool.name;
-  std::transform(word.begin(), word.end(), word.begin(),
-                 [](unsigned char c) { return c == ' ' ? '_' : static_cast<char>(std::tolower(c)); });
+  std::string word = lower(tool.name);
+  std::replace(word.begin(), word.end(), ' ', '_');
   return word;
 }
 

@@ -170,6 +170,9 @@ struct StudioTool {
 // Returns the tools in the order of the tool bar.
 std::span<const StudioTool> studio_tools();
 
+// Returns the text in lower case.
+std::string lower(std::string text);
+
 // Returns the name of a tool in lower case, with "_" in the place of a space.
 std::string word_of(const StudioTool& tool);
 
@@ -280,7 +283,7 @@ struct PartMarks {
   std::vector<OnMesh> on_meshes{};
 };
 
-inline constexpr int kMostOfLattice = 8;  // control points along an edge
+inline constexpr int kMaxLatticePoints = 8;  // control points along an edge
 
 // The lattice about the shape.
 struct PlacedLattice {

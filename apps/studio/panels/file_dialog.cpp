@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
+#include "gestures/tools.h"
 #include "knead/editor/tools.h"
 #include "knead/io.h"
 #include "panels/widgets.h"
@@ -22,11 +22,6 @@ namespace knead::studio {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
 
 constexpr float kFormatWidth = 12;  // font sizes
 

@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <string>
-
 #include "document/document.h"
 #include "panels/interface_fixture.h"
 

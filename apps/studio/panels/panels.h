@@ -142,10 +142,8 @@ void draw_hand_settings(Studio& studio, float width);
 bool has_mode(const Studio& studio);
 void draw_mode(Studio& studio, float width);
 
-// has_drag_mode() returns whether the tool in use follows a drag. draw_drag_mode() draws the choice of its plane or
-// line.
+// Returns whether the tool in use follows a drag, in a plane or along a line that the setting "drag" chooses.
 bool has_drag_mode(const ToolSettings& settings);
-void draw_drag_mode(Studio& studio, float width);
 
 // Returns whether the radius of the tool in use has a meaning.
 bool has_radius(const ToolSettings& settings);

@@ -22,8 +22,8 @@ namespace knead::studio {
 
 namespace {
 
-constexpr float kEdge = 7;             // points at the left of the panel that can be dragged
-constexpr float kMostOfEditor = 0.7F;  // of the room of the history
+constexpr float kEdge = 7;               // points at the left of the panel that can be dragged
+constexpr float kMaxEditorShare = 0.7F;  // of the room of the history
 constexpr std::size_t kVerticesOfPicture = 800;
 constexpr double kSoftest = 0.01;  // of a part of a pose
 constexpr double kStiffest = 100;
@@ -34,10 +34,6 @@ constexpr int kFinestLevel = 6;
 constexpr int kCoarsestResolution = 10;
 constexpr int kFinestResolution = 1000;
 const ImVec4 kSelected{0.95F, 0.55F, 0.10F, 1};  // pins
-
-bool goes_along_a_drag(ToolUse use) {
-  return !has_two_signs(use) && use != ToolUse::smooth && use != ToolUse::turn && use != ToolUse::mask;
-}
 
 // The three axes, side by side.
 void choose_axis(const char* name, Vec3d& chosen) {
@@ -409,9 +405,10 @@ void draw_tool_setting(Studio& studio, std::string_view key, std::optional<float
   draw_setting(settings_of(studio.tools().settings()), key, width);
 }
 
-bool has_drag_mode(const ToolSettings& settings) { return goes_along_a_drag(settings.tool->use); }
-
-void draw_drag_mode(Studio& studio, float width) { draw_tool_setting(studio, "drag", width); }
+bool has_drag_mode(const ToolSettings& settings) {
+  const ToolUse use = settings.tool->use;
+  return !has_two_signs(use) && use != ToolUse::smooth && use != ToolUse::turn && use != ToolUse::mask;
+}
 
 bool has_radius(const ToolSettings& settings) {
   if (settings.tool->use == ToolUse::bend_along || settings.tool->use == ToolUse::lattice) return false;
@@ -442,7 +439,7 @@ void draw_tool_settings(Studio& studio) {
   draw_automatic_radius(studio);
   if (blends(settings)) draw_falloff(settings.falloff);
   draw_own_settings(studio);
-  if (goes_along_a_drag(settings.tool->use)) draw_drag(studio);
+  if (has_drag_mode(settings)) draw_drag(studio);
   ImGui::Separator();
   draw_symmetry(studio);
   draw_remeshing(studio);
@@ -487,7 +484,7 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SideP
       draw_references(studio);
   });
   if (!has_history) return;
-  const float for_editor = std::min(panel.editor_height, kMostOfEditor * (area.bottom - split));
+  const float for_editor = std::min(panel.editor_height, kMaxEditorShare * (area.bottom - split));
   const float bottom = std::min(split + panel.history_height, area.bottom - for_editor);
   bool is_open = false;
   panel.history_height = draw_window(studio, gui, "History", {area.left, split, area.right, bottom}, [&] {

@@ -267,7 +267,9 @@ std::vector<HandSetting> hand_settings(Studio& studio) {
   if (blends(settings)) {
     all.push_back({110, [&](float width) { draw_tool_setting(studio, "falloff", width); }});
   }
-  if (has_drag_mode(settings)) all.push_back({170, [&](float width) { draw_drag_mode(studio, width); }});
+  if (has_drag_mode(settings)) {
+    all.push_back({170, [&](float width) { draw_tool_setting(studio, "drag", width); }});
+  }
   return all;
 }
 

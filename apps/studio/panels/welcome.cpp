@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
-#include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 

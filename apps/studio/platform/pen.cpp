@@ -146,7 +146,7 @@ namespace knead::studio {
 
 namespace {
 
-constexpr double kMostPressure = 1024;  // of Windows
+constexpr double kMaxPenPressure = 1024;  // of Windows
 // How Windows marks what it sends as a mouse's but comes from a pen or a finger.
 constexpr LPARAM kPenMark = 0xFF515700;
 constexpr LPARAM kPenMask = 0xFFFFFF00;
@@ -166,7 +166,7 @@ void take(const MSG& message) {
     case WM_POINTERUPDATE: {
       POINTER_PEN_INFO pen{};
       if (::GetPointerPenInfo(GET_POINTERID_WPARAM(message.wParam), &pen) == FALSE) break;  // a finger
-      pressure_now = (pen.penMask & PEN_MASK_PRESSURE) != 0 ? std::clamp(pen.pressure / kMostPressure, 0.0, 1.0) : 1;
+      pressure_now = (pen.penMask & PEN_MASK_PRESSURE) != 0 ? std::clamp(pen.pressure / kMaxPenPressure, 0.0, 1.0) : 1;
       break;
     }
     case WM_MOUSEMOVE:

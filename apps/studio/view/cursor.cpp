@@ -442,9 +442,9 @@ std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& pos
     for (const Flow& flow : flows) {
       if (flow.segments.empty()) continue;
       if (!flow.segments.front().grid.is_empty()) {
-        const FlowReach reach(Flow{{flow.segments.front()}});
+        const FlowSupport support(Flow{{flow.segments.front()}});
         for (std::size_t i = begin; i < end; ++i) {
-          if (reach.may_move(positions[i], 0)) result[i] = 1;
+          if (support.may_move(positions[i], 0)) result[i] = 1;
         }
         continue;
       }

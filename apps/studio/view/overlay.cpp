@@ -2,7 +2,6 @@
 #include "view/overlay.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "gestures/gesture.h"

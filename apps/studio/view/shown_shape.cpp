@@ -285,7 +285,7 @@ constexpr double kFast = 0.02;
 constexpr double kPatience = 0.2;  // seconds of slow pictures
 constexpr int kSlowPictures = 2;   // one alone may have other reasons
 constexpr int kSoon = 300;         // pictures
-constexpr int kMostNeeded = 2000;
+constexpr int kMaxNeeded = 2000;
 
 Fineness next(Fineness fineness, int step) { return static_cast<Fineness>(static_cast<int>(fineness) + step); }
 
@@ -304,7 +304,7 @@ void PictureQuality::note(double seconds, Fineness fineness) {
   slow_seconds_ = is_slow ? slow_seconds_ + seconds : 0;
   fast_ = seconds < kFast ? fast_ + 1 : 0;
   if (slow_ >= kSlowPictures && slow_seconds_ > kPatience && moving_ != Fineness::coarse) {
-    if (pictures_ < kSoon) needed_ = std::min(2 * needed_, kMostNeeded);
+    if (pictures_ < kSoon) needed_ = std::min(2 * needed_, kMaxNeeded);
     become(next(moving_, 1));
   } else if (fast_ >= needed_ && moving_ != Fineness::smooth) {
     become(next(moving_, -1));

@@ -41,7 +41,7 @@ def refusal(source, session, **properties):
 def test_inversion():
     source = opened("box.vtu")
     said = refusal(source, "invert")
-    require("knead.deform_mesh" in said, "it does not say what mends cells")
+    require("knead.deform_mesh" in said, "it does not say what repairs cells")
     found = re.search(r"(\d+) cells are inverted, the first is cell (\d+).*up to Until = ([0-9.e-]*[0-9])", said)
     require(found, f"does not name the cell and the part: {said}")
     until = float(found[3])

@@ -5,12 +5,11 @@
 
 #include <cstring>
 #include <filesystem>
-#include <utility>
 #include <vector>
 
 #include "arrays.h"
-#include "knead/animation.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "module.h"
 #include "options.h"
 #include "work.h"

@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "arrays.h"
-#include "knead/derivatives.h"
 #include "knead/editor/tools.h"
 #include "knead/error.h"
 #include "knead/flow.h"

@@ -2,12 +2,11 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include <utility>
 #include <vector>
 
 #include "arrays.h"
-#include "knead/derivatives.h"
 #include "knead/error.h"
+#include "knead/replay.h"
 #include "module.h"
 #include "work.h"
 

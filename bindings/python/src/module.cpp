@@ -6,8 +6,7 @@
 
 #include "knead/error.h"
 #include "knead/flow.h"
-#include "knead/remesh.h"
-#include "knead/version.h"
+#include "knead/knead.h"
 #include "work.h"
 
 namespace knead::python {

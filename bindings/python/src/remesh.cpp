@@ -1,8 +1,6 @@
 // Remeshing, and the certificate.
 #include <pybind11/stl.h>
 
-#include <utility>
-
 #include "arrays.h"
 #include "json/json.h"
 #include "knead/certify.h"

@@ -17,7 +17,6 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "module.h"
 #include "work.h"
 

@@ -1,5 +1,5 @@
 // Shapes that hang on skeletons.
-#include "knead/skin.h"
+#include "knead/fit.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -9,6 +9,7 @@
 
 #include "arrays.h"
 #include "knead/error.h"
+#include "knead/io.h"
 #include "knead/session.h"
 #include "module.h"
 #include "work.h"

@@ -18,7 +18,6 @@
 #include "knead/field.h"
 #include "knead/flow.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 #include "knead/vec.h"
 
 namespace knead::render {

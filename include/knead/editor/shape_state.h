@@ -20,7 +20,7 @@
 
 namespace knead {
 
-struct SplatJacobians;  // splats.h
+struct SplatJacobians;  // mesh.h
 
 // How strokes move vertices.
 struct MotionOptions {
@@ -162,7 +162,7 @@ struct RemeshOutcome {
 // Returns a pointer that does not own the mesh. The mesh must outlive it.
 std::shared_ptr<const Mesh> borrow(const Mesh& mesh);
 
-namespace session_detail {
+namespace detail {
 
 class MeshFollower;  // which remeshes a shape
 struct RelaxMesh;    // what relaxing needs to know of the faces
@@ -176,10 +176,10 @@ struct TransportedNormals {
   std::vector<Vec3d> begin;           // p + a, p - a, p + b, p - b
   std::vector<Vec3d> now;             // the same points after the flow
   std::optional<PointBlocks> blocks{};
-  double reach = 0;  // length of a and b
+  double offset = 0;  // length of a and b
 };
 
-}  // namespace session_detail
+}  // namespace detail
 
 // A shape that strokes deform. It is a value: copies are independent, and share the faces.
 //
@@ -205,7 +205,7 @@ class DeformedShape {
   Vec3d normal(std::uint32_t vertex) const;
   // Returns whether the shape carries normals.
   bool has_normals() const { return normals_.has_value(); }
-  // From now on, moves change the splats (splats.h) among the vertices, too: those in these ranges, which ascend, by
+  // From now on, moves change the splats among the vertices, too: those in these ranges, which ascend, by
   // their numbers at the start. Their centres then follow path lines as exact as the Jacobians: 1e-7 of the size.
   void carry_splats(std::vector<IndexRange> splats);
   // While splats are held, moves change their centres only, like those of other points: for a preview.
@@ -288,23 +288,23 @@ class DeformedShape {
   void free_layout();
 
  private:
-  friend class session_detail::MeshFollower;
+  friend class detail::MeshFollower;
 
   void start_normals(std::vector<Vec3d> normals);
   void lay_out(bool sorted);
-  std::vector<std::uint32_t> splats_in_reach(const Flow& flow) const;
-  session_detail::MovedSplats moved_splats(const Flow& flow, AdvectOptions options) const;
-  void put(const session_detail::MovedSplats& moved);
+  std::vector<std::uint32_t> splats_in_support(const Flow& flow) const;
+  detail::MovedSplats moved_splats(const Flow& flow, AdvectOptions options) const;
+  void put(const detail::MovedSplats& moved);
   void take_splats(const std::vector<bool>& vertices, const DeformedShape& from);
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
   AdvectResult move_constrained(const Flow& flow, const AdvectOptions& options);
-  const session_detail::RelaxMesh& relax_mesh() const;
+  const detail::RelaxMesh& relax_mesh() const;
 
   std::shared_ptr<const Mesh> start_ = std::make_shared<const Mesh>();
   std::shared_ptr<const Mesh> mesh_ = start_;
   std::shared_ptr<const Provenance> provenance_;
-  mutable std::shared_ptr<const std::vector<Triangle>> triangles_;       // of mesh_, from when they are first needed
-  mutable std::shared_ptr<const session_detail::RelaxMesh> relax_mesh_;  // the same
+  mutable std::shared_ptr<const std::vector<Triangle>> triangles_;  // of mesh_, from when they are first needed
+  mutable std::shared_ptr<const detail::RelaxMesh> relax_mesh_;     // the same
   MotionOptions motion_;
   std::shared_ptr<const RemeshPolicy> policy_ = std::make_shared<const RemeshPolicy>();
   mutable std::optional<std::pair<RemeshSettings, RemeshTargets>> targets_;  // the latest that were asked for
@@ -314,7 +314,7 @@ class DeformedShape {
   bool is_sorted_ = false;                    // the blocks
   std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
-  std::optional<session_detail::TransportedNormals> normals_;
+  std::optional<detail::TransportedNormals> normals_;
   std::vector<IndexRange> splat_ranges_;
   std::shared_ptr<const SplatJacobians> splats_;  // null: not carried
   bool are_splats_held_ = false;

@@ -499,7 +499,7 @@ struct ZoneProfile {
   std::optional<double> radius{};  // of the limit cylinder beyond which nothing counts
   double first = 0;                // r = normal.(x - center) where the first slice begins
   double height = 0;               // of a slice
-  std::vector<double> reach{};     // for each slice the greatest distance; below 0: the slice is empty
+  std::vector<double> extents{};   // for each slice the greatest distance; below 0: the slice is empty
 
   friend bool operator==(const ZoneProfile&, const ZoneProfile&) = default;
 };
@@ -513,7 +513,7 @@ ZoneProfile zone_profile(const Stroke& stroke, std::span<const Vec3d> positions,
 // about 2 times then. Below 1.6 phi rho it stretches it 3 times and more. A twist of tau radians per length shears the
 // part by gamma = tau rho, and stretches it by gamma / 2 + sqrt(1 + gamma^2 / 4).
 struct ZoneCheck {
-  double reach = 0;          // rho: of what is in the zone, or enters it while a bend turns
+  double extent = 0;         // rho: of the part in the zone, or of the part that enters it while a bend turns
   double width = 0;          // outer - inner
   double safe = 0;           // the least width that the stroke wants; of a twist by the same angle over the zone
   double stretch = 0;        // of a twist; 0 for a bend
@@ -539,7 +539,7 @@ std::optional<std::string> zone_warning(const Stroke& stroke, const ZoneProfile&
 // Returns the greatest `outer` with which an implicit, points, rotate or stretch stroke moves none of the points that
 // it leaves at rest now, to three digits: with the points on the boundary of a volume mesh, the widest transition that
 // fits into it. Strain falls with the width. Returns nothing for other tools, where no point rests, and where less than
-// 5% can be gained. Cost: about 20 times that of FlowReach for each point. Throws InvalidInput as flow_of(stroke).
+// 5% can be gained. Cost: about 20 times that of FlowSupport for each point. Throws InvalidInput as flow_of(stroke).
 std::optional<double> widest_outer(const Stroke& stroke, std::span<const Vec3d> boundary, int threads = 0);
 
 }  // namespace knead

@@ -56,13 +56,13 @@ struct HistoryEntry {
   StrokeNotes notes;
 };
 
-// The change of a session file that holds the strokes: undo the last `taken_back` lines, then append these.
+// The change of a session file that holds the strokes: undo the last `undone` lines, then append these.
 struct LineChange {
-  std::size_t taken_back = 0;
+  std::size_t undone = 0;
   std::vector<SessionStroke> appended;
 
   // Returns true if nothing changed.
-  bool empty() const { return taken_back == 0 && appended.empty(); }
+  bool empty() const { return undone == 0 && appended.empty(); }
 };
 
 // The result of a call. Unless is_done(), the call did not change the shape.
@@ -78,12 +78,12 @@ struct WorkResult {
   bool is_done() const { return status == AdvectStatus::done && refusal.empty(); }
 };
 
-namespace session_detail {
+namespace detail {
 
 class MemoryAccount;
 class KeptState;
 
-}  // namespace session_detail
+}  // namespace detail
 
 // The memory of the states that a workbench keeps for undo.
 struct UndoMemory {
@@ -177,7 +177,7 @@ class Workbench {
  private:
   struct Entry {
     HistoryEntry info;
-    std::shared_ptr<const session_detail::KeptState> after;  // null: dropped, and computed again when needed
+    std::shared_ptr<const detail::KeptState> after;  // null: dropped, and computed again when needed
     bool is_provisional = false;  // `after` is an approximation; then those of all later entries are, too
   };
   using History = std::vector<std::shared_ptr<Entry>>;
@@ -243,7 +243,7 @@ class Workbench {
   double live_seconds_ = 0;
   std::uint64_t live_steps_ = 0;
   std::size_t memory_ = std::size_t{1} << 30;
-  std::shared_ptr<session_detail::MemoryAccount> account_;
+  std::shared_ptr<detail::MemoryAccount> account_;
 };
 
 // Groups strokes by the gestures that probably made them: each stroke of a group continues one of the last eight before
@@ -275,7 +275,7 @@ void set_strength(std::vector<SessionStroke>& gesture, double strength);
 // and session.knead, a session file that only grows. A batch of lines takes effect as a whole: every line but the last
 // ends in a blank, which shows a reader that a batch is incomplete. Other readers ignore the blank.
 
-namespace io_detail {
+namespace detail {
 class AppendFile;
 }
 
@@ -300,11 +300,11 @@ class Journal {
   static Journal attach(const std::filesystem::path& folder);
 
   // Each call writes one batch by one call of write(2); below 0.02 ms for a short stroke. Does not throw if the disk is
-  // full or fails: see trouble(). replace takes back n strokes and appends others; throws InvalidInput if n is more
+  // full or fails: see trouble(). replace undoes n strokes and appends others; throws InvalidInput if n is more
   // than the strokes in effect.
   void append(std::span<const SessionStroke> strokes);
   void replace(std::size_t n, std::span<const SessionStroke> strokes);
-  void take_back(std::size_t n);
+  void undo(std::size_t n);
 
   // Starts to flush the file to the disk on a thread of the journal, so that it also survives a crash of the machine.
   // Returns at once. Meant for the end of a gesture.
@@ -326,10 +326,10 @@ class Journal {
   const std::filesystem::path& folder() const { return folder_; }
 
  private:
-  Journal(std::filesystem::path folder, std::unique_ptr<io_detail::AppendFile> file);
+  Journal(std::filesystem::path folder, std::unique_ptr<detail::AppendFile> file);
 
   std::filesystem::path folder_;
-  std::unique_ptr<io_detail::AppendFile> file_;
+  std::unique_ptr<detail::AppendFile> file_;
   std::size_t strokes_ = 0;  // in effect
   // The settings that the file gives the next stroke; the outer optional empty: unknown.
   std::optional<std::optional<RemeshSettings>> remesh_ = std::optional<RemeshSettings>();

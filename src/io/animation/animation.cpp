@@ -13,14 +13,12 @@
 #include "io/mesh_builder.h"
 #include "io/numbers.h"
 #include "io/text.h"
-#include "knead/animation.h"
 #include "knead/error.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 namespace {
 
 using Writer = AnimationFile::Writer;
@@ -415,14 +413,14 @@ std::vector<Vec3d> FrameNormals::at(std::span<const Vec3d> positions) const {
   return first_.empty() ? first_ : normals;
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail
 
 namespace knead {
 
-bool is_animation(const std::filesystem::path& path) { return io_detail::format_of_animation(path) != nullptr; }
+bool is_animation(const std::filesystem::path& path) { return detail::format_of_animation(path) != nullptr; }
 
 std::vector<std::string> animation_losses(const std::filesystem::path& path, const ShapeFile& source) {
-  const std::string extension = io_detail::lower_extension(path);
+  const std::string extension = detail::lower_extension(path);
   if (extension == ".glb") {
     std::vector<std::string> losses;
     if (source.format != "gltf") losses = conversion_losses(path, source);
@@ -432,14 +430,14 @@ std::vector<std::string> animation_losses(const std::filesystem::path& path, con
     return losses;
   }
   if (extension == ".pc2" || extension == ".mdd") {
-    const std::size_t objects = io_detail::objects_of(source);
+    const std::size_t objects = detail::objects_of(source);
     if (objects > 1) {
       return {
           fmt::format("{} holds the positions of one mesh, but programs read the {} objects of this file as {} meshes; "
                       "write .glb or .usda, which hold the mesh themselves, or remove the lines 'o' first",
                       extension.substr(1), objects, objects)};
     }
-    if (source.format == "obj" && io_detail::has_loose_vertices(source.mesh)) {
+    if (source.format == "obj" && detail::has_loose_vertices(source.mesh)) {
       return {
           fmt::format("{} holds the positions of all vertices, but programs leave out those that no face uses when "
                       "they read the shape; write .glb or .usda, which hold the mesh themselves, or remove these "
@@ -460,6 +458,6 @@ std::vector<std::string> animation_losses(const std::filesystem::path& path, con
 
 AnimationFile::AnimationFile(const std::filesystem::path& path, const ShapeFile& source,
                              const AnimationOptions& options)
-    : writer_(io_detail::make_writer(path, source, options)) {}
+    : writer_(detail::make_writer(path, source, options)) {}
 
 }  // namespace knead

@@ -1,5 +1,5 @@
 // What the writers of animations write.
-#include "knead/animation.h"
+#include "knead/io.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ class Animation : public testing::Test {
 
 ShapeFile ball() { return parse_shape(serialize_mesh("ply", make_shape(ShapeKind::sphere, 162)), "ply", "ball.ply"); }
 
-void expect_floats(io_detail::ByteCursor& cursor, const std::vector<std::vector<Vec3d>>& frames) {
+void expect_floats(detail::ByteCursor& cursor, const std::vector<std::vector<Vec3d>>& frames) {
   for (const std::vector<Vec3d>& frame : frames) {
     for (const Vec3d& p : frame) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -72,7 +72,7 @@ TEST_F(Animation, Pc2HoldsEveryFrame) {
   const auto frames = frames_of(shape, 40);
   const std::string bytes = written(shape, frames, "a.pc2");
   const std::string name = "a.pc2";
-  io_detail::ByteCursor cursor(bytes, name, std::endian::little);
+  detail::ByteCursor cursor(bytes, name, std::endian::little);
   EXPECT_EQ(cursor.take_bytes(12, "the mark"), std::string("POINTCACHE2\0", 12));
   EXPECT_EQ(cursor.take<std::int32_t>("the version"), 1);
   EXPECT_EQ(cursor.take<std::int32_t>("the points"), static_cast<int>(shape.mesh.vertex_count()));
@@ -87,7 +87,7 @@ TEST_F(Animation, MddHoldsEveryFrameAndItsTime) {
   const auto frames = frames_of(shape, 40);
   const std::string bytes = written(shape, frames, "a.MDD");
   const std::string name = "a.mdd";
-  io_detail::ByteCursor cursor(bytes, name, std::endian::big);
+  detail::ByteCursor cursor(bytes, name, std::endian::big);
   EXPECT_EQ(cursor.take<std::int32_t>("the frames"), 6);
   EXPECT_EQ(cursor.take<std::int32_t>("the points"), static_cast<int>(shape.mesh.vertex_count()));
   for (int k = 0; k < 6; ++k) EXPECT_EQ(cursor.take<float>("a time"), static_cast<float>(k / kFps));

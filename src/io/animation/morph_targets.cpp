@@ -14,7 +14,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 namespace {
 
 using gltf::Block;
@@ -341,12 +341,12 @@ AnimationFile::Writer glb_writer(const std::filesystem::path& path, const ShapeF
           }};
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail
 
 namespace knead {
 
 std::string serialize_morphed(const ShapeFile& source, const MorphTargets& targets, std::string_view format) {
-  using namespace io_detail;
+  using namespace detail;
   const std::size_t count = targets.shapes.size();
   require(targets.weights.size() == count, fmt::format("{} morph targets need as many weights", count));
   require(targets.names.empty() || targets.names.size() == count,

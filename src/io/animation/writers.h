@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "knead/animation.h"
+#include "knead/io.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 // Vectors as floats, three numbers each.
 inline std::vector<float> as_floats(std::span<const Vec3d> vectors) {
@@ -60,4 +60,4 @@ class FrameNormals {
   std::vector<Vec3d> first_;  // before anything moves
 };
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

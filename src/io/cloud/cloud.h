@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,7 +15,7 @@
 #include "knead/io.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::xyz {
+namespace knead::detail::xyz {
 
 // The columns of a table, counted from 0.
 struct Columns {
@@ -123,9 +122,9 @@ class Words {
 // and so on; none if lines differ in how many they have, or have more than 64.
 void read(ShapeFile& shape, const std::string& name);
 
-}  // namespace knead::io_detail::xyz
+}  // namespace knead::detail::xyz
 
-namespace knead::io_detail::ptx {
+namespace knead::detail::ptx {
 
 // The pose of a scan: world = linear * local + offset.
 struct Scan {
@@ -144,9 +143,9 @@ struct Layout {
   std::vector<std::uint32_t> unplaced;  // rows, counted over all scans, of directions without a point (mesh_builder.h)
 };
 
-}  // namespace knead::io_detail::ptx
+}  // namespace knead::detail::ptx
 
-namespace knead::io_detail::pcd {
+namespace knead::detail::pcd {
 
 // A column of numbers and its meaning.
 enum class Role { other, position, normal, color };
@@ -177,4 +176,4 @@ Layout parse_header(std::string_view bytes, const std::string& name);
 // Throws InvalidInput for a damaged one.
 bool uncompress(std::string& bytes, const std::string& name);
 
-}  // namespace knead::io_detail::pcd
+}  // namespace knead::detail::pcd

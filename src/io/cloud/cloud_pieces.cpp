@@ -31,7 +31,7 @@ bool is_row(std::string_view line) {
     const std::string_view word = line.substr(begin, i - begin);
     if (numbers == 0 && (word[0] == '#' || word[0] == '%' || word.starts_with("//"))) return false;
     double value = 0;
-    numbers += io_detail::parse_real(word, value) == io_detail::ParseResult::ok ? 1 : 0;
+    numbers += detail::parse_real(word, value) == detail::ParseResult::ok ? 1 : 0;
   }
   return numbers >= 3;
 }
@@ -79,15 +79,15 @@ struct CloudPieces::Reader {
 
   void open_ply() {
     const std::string begin = read(0, static_cast<std::size_t>(std::min<std::uintmax_t>(size, kLargestHead)));
-    const io_detail::ply::Layout layout = io_detail::ply::parse_header(begin, path.string());
-    if (layout.encoding == io_detail::ply::Encoding::ascii) refuse("its numbers are written as text");
-    const io_detail::ply::Element& vertex = layout.elements[layout.vertex_element];
-    for (const io_detail::ply::Element& element : layout.elements) {
+    const detail::ply::Layout layout = detail::ply::parse_header(begin, path.string());
+    if (layout.encoding == detail::ply::Encoding::ascii) refuse("its numbers are written as text");
+    const detail::ply::Element& vertex = layout.elements[layout.vertex_element];
+    for (const detail::ply::Element& element : layout.elements) {
       if (&element != &vertex && element.count > 0) refuse(fmt::format("it has rows of '{}'", element.name));
     }
-    for (const io_detail::ply::Property& property : vertex.properties) {
+    for (const detail::ply::Property& property : vertex.properties) {
       if (property.is_list) refuse("its vertices have lists");
-      stride += io_detail::size_of(property.type);
+      stride += detail::size_of(property.type);
     }
     head = begin.substr(0, layout.body_begin);
     count_begin = vertex.count_begin;
@@ -100,7 +100,7 @@ struct CloudPieces::Reader {
 
   void open_xyz() {
     const std::string begin = read(0, static_cast<std::size_t>(std::min<std::uintmax_t>(size, kLargestHead)));
-    if (const auto table = io_detail::xyz::find_table(begin, path.string())) {
+    if (const auto table = detail::xyz::find_table(begin, path.string())) {
       if (table->names_begin == table->names_end) refuse("it is a molecule or has its numbers in quotes");
       names = begin.substr(table->names_begin, table->names_end - table->names_begin);
     }
@@ -181,7 +181,7 @@ CloudPieces::CloudPieces(const std::filesystem::path& path, std::size_t piece_by
   if (error || !reader.file) {
     throw IoError(IoError::Operation::read, path.string(), std::string("could not be opened: ") + std::strerror(errno));
   }
-  if (io_detail::is_gzip_name(path)) reader.refuse("it is compressed");
+  if (detail::is_gzip_name(path)) reader.refuse("it is compressed");
   if (reader.format == "ply") {
     reader.open_ply();
   } else if (reader.format == "xyz") {

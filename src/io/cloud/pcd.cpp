@@ -1,7 +1,6 @@
 // Reading PCD, the point files of the Point Cloud Library (PCD_V7), and writing it: a new file, or the source's bytes
 // with some numbers replaced.
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -12,7 +11,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::pcd {
+namespace knead::detail::pcd {
 namespace {
 
 constexpr bool kSwapped = std::endian::native == std::endian::big;  // binary files are little-endian
@@ -364,7 +363,7 @@ void append_fields(Lines& lines, const Attribute& attribute) {
   } else if (is_color(attribute)) {
     lines.add(attribute.components == 4 ? "rgba" : "rgb", 4, "U");
   } else {
-    lines.add(attribute.name, io_detail::size_of(attribute.type), letter_of(attribute.type));
+    lines.add(attribute.name, detail::size_of(attribute.type), letter_of(attribute.type));
   }
 }
 
@@ -424,13 +423,13 @@ std::vector<std::string> losses(const Mesh& mesh) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail::pcd
+}  // namespace knead::detail::pcd
 
-const knead::io_detail::Codec knead::io_detail::pcd_codec{.name = "pcd",
-                                                          .read = pcd::read,
-                                                          .rewrite = pcd::rewrite,
-                                                          .generate = pcd::generate,
-                                                          .losses = pcd::losses,
-                                                          .source_losses = pcd::source_losses,
-                                                          .stores_floats = pcd::stores_floats,
-                                                          .visit_coordinates = pcd::visit_coordinates};
+const knead::detail::Codec knead::detail::pcd_codec{.name = "pcd",
+                                                    .read = pcd::read,
+                                                    .rewrite = pcd::rewrite,
+                                                    .generate = pcd::generate,
+                                                    .losses = pcd::losses,
+                                                    .source_losses = pcd::source_losses,
+                                                    .stores_floats = pcd::stores_floats,
+                                                    .visit_coordinates = pcd::visit_coordinates};

@@ -9,7 +9,7 @@
 #include "io/text.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::pcd {
+namespace knead::detail::pcd {
 namespace {
 
 constexpr std::size_t kMaxFields = 256;
@@ -197,4 +197,4 @@ bool uncompress(std::string& bytes, const std::string& name) {
   return true;
 }
 
-}  // namespace knead::io_detail::pcd
+}  // namespace knead::detail::pcd

@@ -10,7 +10,7 @@
 #include "knead/error.h"
 #include "math/geometry.h"
 
-namespace knead::io_detail::ptx {
+namespace knead::detail::ptx {
 namespace {
 
 class Reader {
@@ -192,10 +192,10 @@ void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail::ptx
+}  // namespace knead::detail::ptx
 
-const knead::io_detail::Codec knead::io_detail::ptx_codec{.name = "ptx",
-                                                          .read = ptx::read,
-                                                          .rewrite = ptx::rewrite,
-                                                          .source_losses = ptx::source_losses,
-                                                          .visit_coordinates = ptx::visit_coordinates};
+const knead::detail::Codec knead::detail::ptx_codec{.name = "ptx",
+                                                    .read = ptx::read,
+                                                    .rewrite = ptx::rewrite,
+                                                    .source_losses = ptx::source_losses,
+                                                    .visit_coordinates = ptx::visit_coordinates};

@@ -16,7 +16,7 @@
 #include "knead/error.h"
 #include "math/elementary.h"
 
-namespace knead::io_detail::packed_splats {
+namespace knead::detail::packed_splats {
 namespace {
 
 constexpr double kDegreeZero = 0.28209479177387814;  // the spherical harmonic, 1 / sqrt(4 pi)
@@ -374,22 +374,22 @@ std::vector<std::string> no_losses(const ShapeFile&) { return {}; }
 bool stores_floats(const ShapeFile&) { return true; }
 
 }  // namespace
-}  // namespace knead::io_detail::packed_splats
+}  // namespace knead::detail::packed_splats
 
-const knead::io_detail::Codec knead::io_detail::splat_codec{.name = "splat",
-                                                            .read = packed_splats::read_splat,
-                                                            .rewrite = packed_splats::rewrite,
-                                                            .with_copies = packed_splats::with_copies,
-                                                            .generate = packed_splats::generate_splat,
-                                                            .losses = packed_splats::splat_losses,
-                                                            .source_losses = packed_splats::no_losses,
-                                                            .stores_floats = packed_splats::stores_floats,
-                                                            .generates_floats = true,
-                                                            .is_for_splats = true};
+const knead::detail::Codec knead::detail::splat_codec{.name = "splat",
+                                                      .read = packed_splats::read_splat,
+                                                      .rewrite = packed_splats::rewrite,
+                                                      .with_copies = packed_splats::with_copies,
+                                                      .generate = packed_splats::generate_splat,
+                                                      .losses = packed_splats::splat_losses,
+                                                      .source_losses = packed_splats::no_losses,
+                                                      .stores_floats = packed_splats::stores_floats,
+                                                      .generates_floats = true,
+                                                      .is_for_splats = true};
 
-const knead::io_detail::Codec knead::io_detail::spz_codec{.name = "spz",
-                                                          .read = packed_splats::read_spz,
-                                                          .rewrite = packed_splats::rewrite,
-                                                          .with_copies = packed_splats::with_copies,
-                                                          .source_losses = packed_splats::no_losses,
-                                                          .stores_floats = packed_splats::stores_floats};
+const knead::detail::Codec knead::detail::spz_codec{.name = "spz",
+                                                    .read = packed_splats::read_spz,
+                                                    .rewrite = packed_splats::rewrite,
+                                                    .with_copies = packed_splats::with_copies,
+                                                    .source_losses = packed_splats::no_losses,
+                                                    .stores_floats = packed_splats::stores_floats};

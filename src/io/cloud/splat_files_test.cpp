@@ -2,14 +2,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <random>
 
 #include "io/codec.h"
 #include "knead/error.h"
 #include "knead/io.h"
-#include "knead/splats.h"
+#include "knead/mesh.h"
 
 namespace knead::splat_files_test {
 namespace {
@@ -112,7 +111,7 @@ std::string spz(char version) {
 TEST(SplatFiles, SpzIsReadAndRewritten) {
   for (const char version : {'\2', '\3'}) {
     const std::string plain = spz(version);
-    const ShapeFile shape = parse_shape(io_detail::zipped(plain, "a.spz"), "spz", "a.spz");
+    const ShapeFile shape = parse_shape(detail::zipped(plain, "a.spz"), "spz", "a.spz");
     const Mesh& mesh = shape.mesh;
     EXPECT_EQ(mesh.positions, (std::vector<Vec3d>{{1, -2, 1.0 / 4096}, {0, 0, 1}}));
     EXPECT_EQ(splat_degree(mesh), 1U);
@@ -146,17 +145,16 @@ TEST(SplatFiles, SpzIsReadAndRewritten) {
     moved[0].x = 3000;
     EXPECT_THROW(serialize_shape("spz", shape, moved), InvalidInput);
     const std::vector<std::uint32_t> copied{1, 0};
-    const ShapeFile four = parse_shape(io_detail::spz_codec.with_copies(shape, copied), "spz", "c.spz");
+    const ShapeFile four = parse_shape(detail::spz_codec.with_copies(shape, copied), "spz", "c.spz");
     ASSERT_EQ(four.mesh.vertex_count(), 4U);
     EXPECT_EQ(four.mesh.positions[2], mesh.positions[1]);
     EXPECT_EQ(value(four.mesh, "f_rest_5", 2), value(mesh, "f_rest_5", 1));
     EXPECT_EQ(value(four.mesh, "scale_1", 3), value(mesh, "scale_1", 0));
     for (const std::size_t size : {3, 15, 30, 60}) {
-      EXPECT_THROW(parse_shape(io_detail::zipped(plain.substr(0, size), "d.spz"), "spz", "d.spz"), InvalidInput)
-          << size;
+      EXPECT_THROW(parse_shape(detail::zipped(plain.substr(0, size), "d.spz"), "spz", "d.spz"), InvalidInput) << size;
     }
   }
-  EXPECT_THROW(parse_shape(io_detail::zipped(spz('\4'), "e.spz"), "spz", "e.spz"), InvalidInput);
+  EXPECT_THROW(parse_shape(detail::zipped(spz('\4'), "e.spz"), "spz", "e.spz"), InvalidInput);
   EXPECT_THROW(parse_shape("NGSP", "spz", "f.spz"), InvalidInput);
 }
 #endif

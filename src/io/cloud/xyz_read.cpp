@@ -12,7 +12,7 @@
 #include "io/text.h"
 #include "math/elementary.h"
 
-namespace knead::io_detail::xyz {
+namespace knead::detail::xyz {
 namespace {
 
 // A column that is no coordinate.
@@ -378,4 +378,4 @@ void read(ShapeFile& shape, const std::string& name) {
   set_layout(shape, table ? TableReader(shape, *table, name).run() : Reader(shape, name).run());
 }
 
-}  // namespace knead::io_detail::xyz
+}  // namespace knead::detail::xyz

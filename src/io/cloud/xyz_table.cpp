@@ -5,7 +5,7 @@
 #include "io/cloud/cloud.h"
 #include "io/text.h"
 
-namespace knead::io_detail::xyz {
+namespace knead::detail::xyz {
 namespace {
 
 bool is_separator(char c) { return c == ',' || c == ';'; }
@@ -391,4 +391,4 @@ bool Rows::next() {
   return false;
 }
 
-}  // namespace knead::io_detail::xyz
+}  // namespace knead::detail::xyz

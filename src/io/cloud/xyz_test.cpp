@@ -119,13 +119,13 @@ TEST(Xyz, NewFilesHoldPointsWithNormalsOrColors) {
   const ShapeFile colored = parse(serialize_mesh("xyz", mesh));
   EXPECT_EQ(colored.mesh.positions, mesh.positions);
   EXPECT_EQ(colored.mesh.find_attribute("color")->values, std::vector<double>(12, 128));
-  EXPECT_EQ(text_of(io_detail::xyz_codec.losses(mesh)),
+  EXPECT_EQ(text_of(detail::xyz_codec.losses(mesh)),
             "XYZ cannot hold faces\nXYZ cannot hold the alpha of colors\n"
             "XYZ holds colors as whole numbers from 0 to 255\n");
   mesh.attributes.push_back({"normal", Domain::corner, NumberType::float32, 3, {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 1, 0}});
   const ShapeFile with_normals = parse(serialize_mesh("xyz", mesh));
   EXPECT_EQ(with_normals.mesh.find_attribute("normal")->values, mesh.attributes[1].values);
-  EXPECT_EQ(text_of(io_detail::xyz_codec.losses(mesh)), "XYZ cannot hold faces\nXYZ cannot hold 'color'\n");
+  EXPECT_EQ(text_of(detail::xyz_codec.losses(mesh)), "XYZ cannot hold faces\nXYZ cannot hold 'color'\n");
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include "io/mesh_builder.h"
 #include "io/text.h"
 
-namespace knead::io_detail::xyz {
+namespace knead::detail::xyz {
 namespace {
 
 constexpr std::array<std::string_view, 6> kExtensions = {"txt", "asc", "pts", "csv", "xyzn", "xyzrgb"};
@@ -152,13 +152,13 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail::xyz
+}  // namespace knead::detail::xyz
 
-const knead::io_detail::Codec knead::io_detail::xyz_codec{.name = "xyz",
-                                                          .extensions = xyz::kExtensions,
-                                                          .read = xyz::read,
-                                                          .rewrite = xyz::rewrite,
-                                                          .generate = xyz::generate,
-                                                          .losses = xyz::losses,
-                                                          .source_losses = xyz::source_losses,
-                                                          .visit_coordinates = xyz::visit_coordinates};
+const knead::detail::Codec knead::detail::xyz_codec{.name = "xyz",
+                                                    .extensions = xyz::kExtensions,
+                                                    .read = xyz::read,
+                                                    .rewrite = xyz::rewrite,
+                                                    .generate = xyz::generate,
+                                                    .losses = xyz::losses,
+                                                    .source_losses = xyz::source_losses,
+                                                    .visit_coordinates = xyz::visit_coordinates};

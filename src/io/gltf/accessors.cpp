@@ -13,7 +13,7 @@
 #include "io/mesh_builder.h"
 #include "io/text.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 struct ComponentType {
@@ -439,4 +439,4 @@ SplitVertices split_vertices(const Mesh& mesh, const std::vector<WritableAttribu
   return split;
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

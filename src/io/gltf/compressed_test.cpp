@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 
 #ifdef KNEAD_HAS_DRACO
@@ -241,7 +240,7 @@ TEST(CompressedGltf, DracoHasTheBoundsOfWhatIsDecompressed) {
   file.accessor(0)["min"] = {-1.5, -1.5, -1.5};
   file.accessor(0)["max"] = {1.5, 1.5, 1.5};
   std::vector<std::string> notes;
-  const std::string plain = io_detail::gltf::decompressed(file.bytes(), "a.glb", notes);
+  const std::string plain = detail::gltf::decompressed(file.bytes(), "a.glb", notes);
   const GlbJson accessor = json_of(plain)["accessors"][0];
   Box box;
   for (const Vec3d& p : parse_shape(plain, "glb", "a.glb").mesh.positions) box.extend(p);
@@ -292,8 +291,8 @@ std::string draco_of_wide_points(std::uint32_t points) {
 
 TEST(CompressedGltf, DracoAttributesTakeAtMost64BytesForEachVertexThatMayBe) {
   const std::string bytes = draco_of_wide_points(1000);
-  EXPECT_TRUE(io_detail::gltf::decode_draco(bytes, {}, 30'000).has_value());
-  EXPECT_FALSE(io_detail::gltf::decode_draco(bytes, {}, 29'999).has_value());
+  EXPECT_TRUE(detail::gltf::decode_draco(bytes, {}, 30'000).has_value());
+  EXPECT_FALSE(detail::gltf::decode_draco(bytes, {}, 29'999).has_value());
 }
 
 TEST(CompressedGltf, DamagedDracoIsRefusedWithItsPrimitive) {

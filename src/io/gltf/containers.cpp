@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -15,7 +13,7 @@
 #include "io/text.h"
 #include "knead/io.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -442,11 +440,11 @@ std::string as_text(const std::string& glb) {
   return unwrapped(source, {}, glb);
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 const Codec glb_codec = gltf::container("glb", gltf::generate_glb);
 const Codec gltf_codec = gltf::container("gltf", gltf::generate);
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

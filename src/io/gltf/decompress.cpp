@@ -21,7 +21,7 @@
 #include <meshoptimizer.h>
 #endif
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 #ifdef KNEAD_HAS_MESHOPTIMIZER
@@ -528,4 +528,4 @@ std::string decompressed(std::string bytes, const std::string& name, std::vector
   return decompressor.file();
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

@@ -11,7 +11,7 @@
 #include "io/text.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 // What the header says that the file's length is.
@@ -321,4 +321,4 @@ std::string patched(std::string_view text, std::vector<Patch> patches) {
   return result;
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

@@ -14,7 +14,7 @@
 #include "knead/error.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 template <class Better>
@@ -590,4 +590,4 @@ std::vector<Span> Cuts::rest(std::size_t size) const {
   return result;
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

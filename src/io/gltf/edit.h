@@ -14,7 +14,7 @@
 
 #include "io/gltf/gltf.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 
 struct Unused {
   std::vector<std::size_t> accessors;
@@ -261,4 +261,4 @@ struct SplitVertices {
 // Returns the vertices of the file; corners that differ in an attribute get separate vertices.
 SplitVertices split_vertices(const Mesh& mesh, const std::vector<WritableAttribute>& held);
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

@@ -24,7 +24,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 
 struct Chunk {
   std::uint32_t type = 0;
@@ -410,4 +410,4 @@ bool names_codec(std::string_view text);
 // primitive.
 std::string decompressed(std::string bytes, const std::string& name, std::vector<std::string>& notes);
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

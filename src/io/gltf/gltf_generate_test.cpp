@@ -1,8 +1,6 @@
 // GLB from other formats and to them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "io/gltf/gltf.h"
 #include "io/test_samples.h"
 #include "knead/error.h"
@@ -33,7 +31,7 @@ TEST(GenerateGlb, TheSameMeshComesBack) {
   for (const Attribute& attribute : mesh.attributes) {
     EXPECT_EQ(*shape.mesh.find_attribute(attribute.name), attribute) << attribute.name;
   }
-  EXPECT_TRUE(io_detail::gltf::losses(mesh).empty());
+  EXPECT_TRUE(detail::gltf::losses(mesh).empty());
   EXPECT_TRUE(shape.notes.empty());
 }
 
@@ -79,7 +77,7 @@ TEST(GenerateGlb, PolygonsPointsAndNothing) {
   square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   square.add_face(std::vector<std::uint32_t>{0, 1, 2, 3});
   EXPECT_EQ(measure(through_glb(square).mesh).area, 1);
-  EXPECT_EQ(io_detail::gltf::losses(square).size(), 1u);
+  EXPECT_EQ(detail::gltf::losses(square).size(), 1u);
   Mesh points;
   points.positions = square.positions;
   EXPECT_EQ(through_glb(points).mesh.positions, points.positions);
@@ -101,7 +99,7 @@ TEST(GenerateGlb, SaysWhatIsLost) {
   mesh.positions[0].x = 0.1;
   mesh.attributes.push_back({"part", Domain::face, NumberType::int32, 1, {1, 2}});
   mesh.attributes.push_back({"weight", Domain::corner, NumberType::float32, 1, {1, 2, 3, 4, 5, 6}});
-  const std::vector<std::string> losses = io_detail::gltf::losses(mesh);
+  const std::vector<std::string> losses = detail::gltf::losses(mesh);
   ASSERT_EQ(losses.size(), 3u);
   EXPECT_EQ(losses[0], "GLB cannot hold 'part' per face");
   EXPECT_EQ(losses[1], "GLB cannot hold 'weight' that differs between the faces at a vertex");
@@ -116,7 +114,7 @@ TEST(GenerateGlb, SaysWhatOtherFormatsLack) {
   file.json["nodes"].push_back(GlbJson::parse(R"({"camera":0})"));
   file.json["cameras"] = GlbJson::parse(R"([{"extras":{}}])");
   file.primitive()["attributes"]["TEXCOORD_1"] = 2;
-  const std::vector<std::string> losses = io_detail::gltf::source_losses(file.parse());
+  const std::vector<std::string> losses = detail::gltf::source_losses(file.parse());
   EXPECT_EQ(losses, (std::vector<std::string>{"materials are left out", "cameras are left out",
                                               "the tree of nodes is left out; every mesh is placed where it is",
                                               "extras are left out", "attribute 'TEXCOORD_1' is left out"}));

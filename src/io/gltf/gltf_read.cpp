@@ -1,7 +1,6 @@
 // Reading glTF: the triangles of a GLB file's scene, and what it holds besides.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>
@@ -11,9 +10,9 @@
 #include "io/mesh_builder.h"
 #include "io/text.h"
 #include "knead/error.h"
-#include "knead/splats.h"
+#include "knead/mesh.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 class Reader {
@@ -266,4 +265,4 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
   return losses;
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

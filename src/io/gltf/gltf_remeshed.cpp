@@ -12,7 +12,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 constexpr std::uint32_t kNoVertex = 0xffffffffu;
@@ -518,4 +518,4 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
   return {losses.begin(), losses.end()};
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

@@ -1,7 +1,6 @@
 // Writing GLB back.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <set>
 
 #include "io/codec.h"
@@ -252,8 +251,7 @@ TEST(RewriteGlb, RealFilesKeepEverythingElse) {
     for (std::size_t i = 0; i < positions.size() / 3; ++i) positions[i] += Vec3d{0.25, -0.5, positions[i].x};
     const std::string written = moved(shape, positions);
     const ShapeFile back = reread(written);
-    const io_detail::gltf::Placement& placement =
-        io_detail::layout_of<io_detail::gltf::Layout>(shape).blocks.at(0).placement;
+    const detail::gltf::Placement& placement = detail::layout_of<detail::gltf::Layout>(shape).blocks.at(0).placement;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const bool is_moved = !(positions[i] == shape.mesh.positions[i]);
       const Vec3d local = rounded(placement.inverse * (positions[i] - placement.offset));

@@ -9,11 +9,10 @@
 
 #include "io/codec.h"
 #include "io/test_samples.h"
-#include "knead/animation.h"
 #include "knead/error.h"
 #include "knead/io.h"
+#include "knead/mesh.h"
 #include "knead/replay.h"
-#include "knead/splats.h"
 #include "math/geometry.h"
 #include "support/scratch.h"
 
@@ -178,7 +177,7 @@ TEST(GltfSplats, FollowTheirNodes) {
         {"mesh": 0, "rotation": [0.5, 0.1, -0.7, 0.5], "scale": [3, 0.5, 0.25]}])");
     file.json["nodes"][0]["scale"][0] = x;
     const ShapeFile shape = file.parse();
-    const Mat3d& linear = io_detail::layout_of<io_detail::gltf::Layout>(shape).blocks[0].placement.linear;
+    const Mat3d& linear = detail::layout_of<detail::gltf::Layout>(shape).blocks[0].placement.linear;
     const double side = x < 0 ? -1 : 1;
     const Mat3d rotation = nearest_rotation(linear * side);
     for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {

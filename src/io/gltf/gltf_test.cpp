@@ -82,7 +82,7 @@ TEST(Gltf, IndicesThatAreWrittenAsReals) {
 
 TEST(Gltf, GlbWithADataUri) {
   GlbFile file = square_glb();
-  file.json["buffers"][0] = {{"uri", "data:application/gltf-buffer;base64," + io_detail::to_base64(file.bin)},
+  file.json["buffers"][0] = {{"uri", "data:application/gltf-buffer;base64," + detail::to_base64(file.bin)},
                              {"byteLength", file.bin.size()}};
   const std::string bytes = glb_with_header(glb_chunk(0x4E4F534A, file.json.dump(), ' '));
   const ShapeFile shape = parse_shape(bytes, "glb", "a.glb");
@@ -151,10 +151,10 @@ TEST(Gltf, WhatIsRefused) {
 TEST(Gltf, Base64OfEveryLength) {
   std::string bytes;
   for (int i = 0; i < 300; ++i) {
-    EXPECT_EQ(io_detail::from_base64(io_detail::to_base64(bytes)), bytes);
+    EXPECT_EQ(detail::from_base64(detail::to_base64(bytes)), bytes);
     bytes += static_cast<char>(i * 37);
   }
-  EXPECT_EQ(io_detail::to_base64("Man!"), "TWFuIQ==");
+  EXPECT_EQ(detail::to_base64("Man!"), "TWFuIQ==");
 }
 
 TEST_F(GltfFiles, BuffersBesideAreReadAndWrittenBeside) {

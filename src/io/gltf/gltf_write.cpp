@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <set>
 
@@ -11,9 +10,8 @@
 #include "io/gltf/gltf.h"
 #include "io/text.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 // Triangles of file vertices; triangulate cuts each face by its corners' numbers here, so that corners stay apart.
@@ -597,4 +595,4 @@ std::vector<std::string> losses(const Mesh& mesh) {
   return losses;
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

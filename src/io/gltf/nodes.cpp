@@ -7,7 +7,7 @@
 #include "io/gltf/gltf.h"
 #include "io/mesh_builder.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 struct Transform {
@@ -198,4 +198,4 @@ std::vector<Instance> find_instances(const Document& document, std::vector<std::
   return instances;
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 
@@ -13,17 +12,17 @@
 #include "io/gltf/gltf.h"
 #include "io/mesh_builder.h"
 #include "knead/error.h"
-#include "knead/splats.h"
+#include "knead/mesh.h"
 #include "math/elementary.h"
 
-namespace knead::io_detail::gltf {
+namespace knead::detail::gltf {
 namespace {
 
 constexpr std::size_t kMaxDegree = 3;
 constexpr std::size_t kOthers = 3;                     // attributes besides the harmonics
 constexpr std::size_t kAtOnce = std::size_t{1} << 16;  // splats, so that little memory is needed
-constexpr double kLeast = 0x1p-151;  // size or opacity: its logarithm is finite, and as a float it is 0
-constexpr double kMostOpacity = 1 - 0x1p-53;
+constexpr double kMinNumber = 0x1p-151;  // size or opacity: its logarithm is finite, and as a float it is 0
+constexpr double kMaxOpacity = 1 - 0x1p-53;
 constexpr double kOpaque = 50;  // the logarithm of the odds
 
 constexpr std::string_view kTurns = "KHR_gaussian_splatting:ROTATION";
@@ -66,8 +65,8 @@ void add_unseen(Mesh& mesh, std::size_t degree) {
   };
   for (std::size_t i = 0; i < 3; ++i) add(fmt::format("f_dc_{}", i), 0);
   for (std::size_t i = 0; i < 3 * degree * (degree + 2); ++i) add(fmt::format("f_rest_{}", i), 0);
-  add("opacity", elementary::logit(kLeast));
-  for (std::size_t i = 0; i < 3; ++i) add(fmt::format("scale_{}", i), elementary::log(kLeast));
+  add("opacity", elementary::logit(kMinNumber));
+  for (std::size_t i = 0; i < 3; ++i) add(fmt::format("scale_{}", i), elementary::log(kMinNumber));
   for (std::size_t i = 0; i < 4; ++i) add(fmt::format("rot_{}", i), i == 0 ? 1 : 0);
 }
 
@@ -93,8 +92,8 @@ void read_numbers(const Document& document, const SplatNumbers& attribute, std::
       if (are_sizes && number < 0) {
         value.fail("has a negative size, as a draft of the extension that had logarithms; export the splats anew");
       }
-      if (are_sizes) number = elementary::log(std::max(number, kLeast));
-      if (attribute.key == kOpacities) number = elementary::logit(std::clamp(number, kLeast, kMostOpacity));
+      if (are_sizes) number = elementary::log(std::max(number, kMinNumber));
+      if (attribute.key == kOpacities) number = elementary::logit(std::clamp(number, kMinNumber, kMaxOpacity));
       to.values[first + i] = number;
     }
   }
@@ -257,4 +256,4 @@ bool is_one_part(const ShapeFile& source) {
          primitive.count("targets") == 0 && count_placements(document).at(block.mesh) == 1;
 }
 
-}  // namespace knead::io_detail::gltf
+}  // namespace knead::detail::gltf

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -16,7 +15,7 @@
 #include "knead/mesh.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::obj {
+namespace knead::detail::obj {
 
 void read(ShapeFile& shape, const std::string& name);
 std::string remeshed(const NewMesh& shape, const WriteOptions& options);
@@ -102,4 +101,4 @@ Lines value_lines(const Mesh& mesh, const char* attribute_name, const char* keyw
   return value_lines<N>(mesh, attribute_name, keyword, "\n", [](std::size_t, const auto&) { return true; });
 }
 
-}  // namespace knead::io_detail::obj
+}  // namespace knead::detail::obj

@@ -20,7 +20,7 @@ std::string moved(const ShapeFile& shape, const std::vector<Vec3d>& positions) {
 
 // What the corners of the written file say differs from what they are to say by at most this, relative to the length.
 double largest_difference(const ShapeFile& shape, const std::vector<Vec3d>& positions) {
-  const std::vector<Vec3d> expected = io_detail::moved_normals(shape, positions, {});
+  const std::vector<Vec3d> expected = detail::moved_normals(shape, positions, {});
   const ShapeFile back = parse(moved(shape, positions));
   const std::vector<double>& values = back.mesh.find_attribute("normal")->values;
   EXPECT_EQ(values.size(), 3 * expected.size());

@@ -1,7 +1,6 @@
 // Reading OBJ (Wavefront, appendix B1 of the Advanced Visualizer manual): v, vt, vn and f; all else is passed over.
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <optional>
 
 #include "io/codec.h"
@@ -12,7 +11,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::obj {
+namespace knead::detail::obj {
 namespace {
 
 // A line end that a backslash takes away: its length, or 0 where there is none.
@@ -430,4 +429,4 @@ std::size_t word_end(std::string_view bytes, std::size_t position) {
 
 void read(ShapeFile& shape, const std::string& name) { set_layout(shape, Reader(shape, name).run()); }
 
-}  // namespace knead::io_detail::obj
+}  // namespace knead::detail::obj

@@ -9,7 +9,7 @@
 #include "io/text.h"
 #include "math/system.h"
 
-namespace knead::io_detail::obj {
+namespace knead::detail::obj {
 namespace {
 
 // Lines that name vertices, or belong to the curves and surfaces that do (appendix B1); they are left out.
@@ -274,4 +274,4 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
   return losses;
 }
 
-}  // namespace knead::io_detail::obj
+}  // namespace knead::detail::obj

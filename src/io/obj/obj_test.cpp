@@ -156,7 +156,7 @@ TEST(Obj, LinesJoinedToOthers) {
 TEST(Obj, MaterialFilesOnJoinedLines) {
   const std::string rest = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   const ShapeFile shape = parse_shape("mtllib a.mtl \\\n b.mtl\n" + rest, "obj", "a.obj");
-  const std::vector<std::string>& files = io_detail::layout_of<io_detail::obj::Layout>(shape).material_files;
+  const std::vector<std::string>& files = detail::layout_of<detail::obj::Layout>(shape).material_files;
   EXPECT_NE(std::find(files.begin(), files.end(), "b.mtl"), files.end());
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
-#include <numeric>
 #include <optional>
 
 #include "io/codec.h"
@@ -16,7 +15,7 @@
 #include "knead/mesh.h"
 #include "math/system.h"
 
-namespace knead::io_detail::obj {
+namespace knead::detail::obj {
 namespace {
 
 // The corners that have a normal, ordered by a key and then as in the file.
@@ -389,17 +388,17 @@ void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail::obj
+}  // namespace knead::detail::obj
 
-const knead::io_detail::Codec knead::io_detail::obj_codec{.name = "obj",
-                                                          .read = obj::read,
-                                                          .rewrite = obj::rewrite,
-                                                          .generate = obj::generate,
-                                                          .losses = obj::losses,
-                                                          .source_losses = obj::source_losses,
-                                                          .remeshed = obj::remeshed,
-                                                          .remesh_losses = obj::remesh_losses,
-                                                          .face_labels = obj::face_labels,
-                                                          .moved_corner_normals = obj::moved_corner_normals,
-                                                          .visit_coordinates = obj::visit_coordinates,
-                                                          .copy_beside = obj::copy_beside};
+const knead::detail::Codec knead::detail::obj_codec{.name = "obj",
+                                                    .read = obj::read,
+                                                    .rewrite = obj::rewrite,
+                                                    .generate = obj::generate,
+                                                    .losses = obj::losses,
+                                                    .source_losses = obj::source_losses,
+                                                    .remeshed = obj::remeshed,
+                                                    .remesh_losses = obj::remesh_losses,
+                                                    .face_labels = obj::face_labels,
+                                                    .moved_corner_normals = obj::moved_corner_normals,
+                                                    .visit_coordinates = obj::visit_coordinates,
+                                                    .copy_beside = obj::copy_beside};

@@ -3,15 +3,12 @@
 
 #include <bit>
 #include <cstddef>
-#include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "io/codec.h"
 #include "knead/io.h"
 
-namespace knead::io_detail::off {
+namespace knead::detail::off {
 
 // [ST][C][N][n]OFF, the letters in any order, or no keyword: the counts, then a vertex on each line, then a face on
 // each. After x y z stand the normal, then the color, as Geomview says, or the color first, as MeshLab writes: what the
@@ -56,4 +53,4 @@ struct Header {
 // Throws InvalidInput for text that is no OFF, and for other than three dimensions.
 Header parse_header(std::string_view bytes, const std::string& name);
 
-}  // namespace knead::io_detail::off
+}  // namespace knead::detail::off

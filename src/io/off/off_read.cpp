@@ -12,7 +12,7 @@
 #include "io/off/off.h"
 #include "io/text.h"
 
-namespace knead::io_detail::off {
+namespace knead::detail::off {
 namespace {
 
 bool take_prefix(std::string_view& text, std::string_view prefix) {
@@ -548,4 +548,4 @@ void read(ShapeFile& shape, const std::string& name) {
   set_layout(shape, layout);
 }
 
-}  // namespace knead::io_detail::off
+}  // namespace knead::detail::off

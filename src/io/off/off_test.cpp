@@ -203,7 +203,7 @@ TEST(Off, ErrorsNameTheLine) {
 template <class T>
 void put(std::string& bytes, T value, std::endian order) {
   static_assert(sizeof(T) == 4);
-  const T stored = order == std::endian::native ? value : io_detail::swap_bytes(value);
+  const T stored = order == std::endian::native ? value : detail::swap_bytes(value);
   bytes.append(reinterpret_cast<const char*>(&stored), sizeof stored);
 }
 
@@ -274,7 +274,7 @@ TEST(Off, ErrorsInBinaryNameTheByte) {
   EXPECT_EQ(error_of(bytes.substr(0, 60)),
             "shape.off: byte 24: 4 vertices are declared, but only 36 bytes follow; the file is cut short or damaged");
   std::string bad = bytes;
-  io_detail::put_float(bad, 24 + 24, kInfinity, std::endian::big);
+  detail::put_float(bad, 24 + 24, kInfinity, std::endian::big);
   EXPECT_EQ(error_of(bad), "shape.off: byte 48: a coordinate of vertex 1 is not finite; repair the file");
   bad = bytes;
   bad[24 + 4 * 24 + 7] = 9;
@@ -302,10 +302,10 @@ TEST(Off, NewFilesHoldEveryAttributeOfVerticesAndColorsOfFaces) {
   EXPECT_EQ(shape.mesh.corner_vertex, mesh.corner_vertex);
   EXPECT_EQ(shape.mesh.face_begin, mesh.face_begin);
   EXPECT_EQ(shape.mesh.attributes, mesh.attributes);
-  EXPECT_TRUE(io_detail::off_codec.losses(mesh).empty());
+  EXPECT_TRUE(detail::off_codec.losses(mesh).empty());
   mesh.attributes.push_back({"part", Domain::face, NumberType::int32, 1, {-3}});
   mesh.attributes.push_back({"quality", Domain::vertex, NumberType::float32, 1, std::vector<double>(5, 0)});
-  EXPECT_EQ(text_of(io_detail::off_codec.losses(mesh)), "OFF cannot hold 'part' per face\nOFF cannot hold 'quality'\n");
+  EXPECT_EQ(text_of(detail::off_codec.losses(mesh)), "OFF cannot hold 'part' per face\nOFF cannot hold 'quality'\n");
 }
 
 // With three numbers after COFF other programs read past the end of the line.
@@ -326,7 +326,7 @@ TEST(Off, AColorIndexIsWrittenBack) {
 TEST(Off, TheLayoutOfPmpsBinary) {
   KNEAD_NEEDS_TEST_MESH("originals");
   const ShapeFile shape = read_shape(test_mesh("originals/fairing_cross_binary.off"));
-  const io_detail::off::Layout& layout = io_detail::layout_of<io_detail::off::Layout>(shape);
+  const detail::off::Layout& layout = detail::layout_of<detail::off::Layout>(shape);
   EXPECT_TRUE(layout.binary);
   EXPECT_EQ(layout.order, std::endian::little);
   EXPECT_EQ(text_of(shape.notes), "");

@@ -9,7 +9,7 @@
 #include "io/off/off.h"
 #include "io/text.h"
 
-namespace knead::io_detail::off {
+namespace knead::detail::off {
 namespace {
 
 bool is_color(const Attribute& attribute) {
@@ -376,15 +376,15 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail::off
+}  // namespace knead::detail::off
 
-const knead::io_detail::Codec knead::io_detail::off_codec{.name = "off",
-                                                          .read = off::read,
-                                                          .rewrite = off::rewrite,
-                                                          .generate = off::generate,
-                                                          .losses = off::losses,
-                                                          .source_losses = off::source_losses,
-                                                          .remeshed = off::remeshed,
-                                                          .remesh_losses = off::remesh_losses,
-                                                          .stores_floats = off::stores_floats,
-                                                          .visit_coordinates = off::visit_coordinates};
+const knead::detail::Codec knead::detail::off_codec{.name = "off",
+                                                    .read = off::read,
+                                                    .rewrite = off::rewrite,
+                                                    .generate = off::generate,
+                                                    .losses = off::losses,
+                                                    .source_losses = off::source_losses,
+                                                    .remeshed = off::remeshed,
+                                                    .remesh_losses = off::remesh_losses,
+                                                    .stores_floats = off::stores_floats,
+                                                    .visit_coordinates = off::visit_coordinates};

@@ -2,14 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <limits>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,7 +19,7 @@
 #include "knead/io.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::ply {
+namespace knead::detail::ply {
 
 struct Property {
   std::string name;
@@ -340,4 +336,4 @@ void reserve_rows(const Element& element, const std::vector<Sink>& sinks, std::s
 
 std::string index_message(double index, std::size_t vertices);
 
-}  // namespace knead::io_detail::ply
+}  // namespace knead::detail::ply

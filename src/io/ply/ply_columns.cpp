@@ -10,7 +10,7 @@
 #include "io/ply/ply.h"
 #include "math/system.h"
 
-namespace knead::io_detail::ply {
+namespace knead::detail::ply {
 namespace {
 
 std::size_t components(const Attribute& attribute) { return static_cast<std::size_t>(attribute.components); }
@@ -280,4 +280,4 @@ std::string index_message(double index, std::size_t vertices) {
                      vertices);
 }
 
-}  // namespace knead::io_detail::ply
+}  // namespace knead::detail::ply

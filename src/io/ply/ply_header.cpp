@@ -11,7 +11,7 @@
 #include "io/text.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::ply {
+namespace knead::detail::ply {
 namespace {
 
 struct TypeName {
@@ -335,4 +335,4 @@ bool is_index_list(const Element& element, const Property& property) {
          std::find(kIndexNames.begin(), kIndexNames.end(), property.name) != kIndexNames.end();
 }
 
-}  // namespace knead::io_detail::ply
+}  // namespace knead::detail::ply

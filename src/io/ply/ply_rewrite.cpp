@@ -13,7 +13,7 @@
 #include "knead/error.h"
 #include "math/system.h"
 
-namespace knead::io_detail::ply {
+namespace knead::detail::ply {
 namespace {
 
 // What a vertex property means to the rewriter.
@@ -484,4 +484,4 @@ void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
   if (is_text) Rewriter(source, source.mesh.positions, {}, {}).visit_coordinates(visit);
 }
 
-}  // namespace knead::io_detail::ply
+}  // namespace knead::detail::ply

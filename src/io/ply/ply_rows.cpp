@@ -10,9 +10,9 @@
 #include "io/ply/ply.h"
 #include "io/text.h"
 #include "knead/error.h"
-#include "knead/splats.h"
+#include "knead/mesh.h"
 
-namespace knead::io_detail::ply {
+namespace knead::detail::ply {
 namespace {
 
 std::string cut_short(const Element& element) {
@@ -371,4 +371,4 @@ bool read_in_pieces(ShapeFile& shape, const std::string& name) {
   return true;
 }
 
-}  // namespace knead::io_detail::ply
+}  // namespace knead::detail::ply

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 
 #include "io/ply/ply.h"
@@ -100,13 +99,13 @@ TEST(Ply, IntegerCoordinatesBecomeDoublesWhenTheyMove) {
 }
 
 // The text shape with a binary body of the given encoding, each element's numbers in their declared types.
-std::string as_binary(io_detail::ply::Encoding encoding) {
-  const bool swapped = io_detail::ply::is_swapped(encoding);
+std::string as_binary(detail::ply::Encoding encoding) {
+  const bool swapped = detail::ply::is_swapped(encoding);
   const std::string format =
-      encoding == io_detail::ply::Encoding::big_endian ? "binary_big_endian" : "binary_little_endian";
+      encoding == detail::ply::Encoding::big_endian ? "binary_big_endian" : "binary_little_endian";
   std::string bytes = replaced(kTextShape.substr(0, kTextShape.find("50.00")), "ascii", format);
-  using io_detail::StoredType;
-  const auto put = [&](StoredType type, double value) { io_detail::append_binary(bytes, type, value, swapped); };
+  using detail::StoredType;
+  const auto put = [&](StoredType type, double value) { detail::append_binary(bytes, type, value, swapped); };
   put(StoredType::float32, 50);
   const std::array<std::array<double, 3>, 4> xyz{{{0.25, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -128,8 +127,8 @@ std::string as_binary(io_detail::ply::Encoding encoding) {
 }
 
 TEST(Ply, BinaryOfEitherByteOrderWithListsBetweenTheCoordinates) {
-  for (const io_detail::ply::Encoding encoding :
-       {io_detail::ply::Encoding::little_endian, io_detail::ply::Encoding::big_endian}) {
+  for (const detail::ply::Encoding encoding :
+       {detail::ply::Encoding::little_endian, detail::ply::Encoding::big_endian}) {
     const std::string bytes = as_binary(encoding);
     const ShapeFile shape = parse(bytes);
     EXPECT_EQ(shape.mesh.positions[0], (Vec3d{0.25, 0, 0}));
@@ -152,7 +151,7 @@ TEST(Ply, BinaryOfEitherByteOrderWithListsBetweenTheCoordinates) {
 }
 
 TEST(Ply, LineEndsOfTheHeader) {
-  const std::string binary = as_binary(io_detail::ply::Encoding::little_endian);
+  const std::string binary = as_binary(detail::ply::Encoding::little_endian);
   const std::size_t body = binary.find("end_header\n") + 11;
   for (const std::string end : {"\r\n", "\r"}) {
     std::string header;

@@ -12,7 +12,7 @@
 #include "io/text.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::ply {
+namespace knead::detail::ply {
 namespace {
 
 // The attributes as PLY holds them: numbers per vertex, numbers per face, and u v per corner as a list per face.
@@ -500,20 +500,20 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail::ply
+}  // namespace knead::detail::ply
 
-const knead::io_detail::Codec knead::io_detail::ply_codec{.name = "ply",
-                                                          .read = ply::read,
-                                                          .read_in_pieces = ply::read_in_pieces,
-                                                          .summarize = ply::summarize,
-                                                          .rewrite_in_pieces = ply::rewrite,
-                                                          .with_copies = ply::with_copies,
-                                                          .writes_edits = ply::writes_edits,
-                                                          .generate = ply::generate,
-                                                          .losses = ply::losses,
-                                                          .source_losses = ply::source_losses,
-                                                          .remeshed = ply::remeshed,
-                                                          .remesh_losses = ply::remesh_losses,
-                                                          .stores_floats = ply::stores_floats,
-                                                          .can_widen = true,
-                                                          .visit_coordinates = ply::visit_coordinates};
+const knead::detail::Codec knead::detail::ply_codec{.name = "ply",
+                                                    .read = ply::read,
+                                                    .read_in_pieces = ply::read_in_pieces,
+                                                    .summarize = ply::summarize,
+                                                    .rewrite_in_pieces = ply::rewrite,
+                                                    .with_copies = ply::with_copies,
+                                                    .writes_edits = ply::writes_edits,
+                                                    .generate = ply::generate,
+                                                    .losses = ply::losses,
+                                                    .source_losses = ply::source_losses,
+                                                    .remeshed = ply::remeshed,
+                                                    .remesh_losses = ply::remesh_losses,
+                                                    .stores_floats = ply::stores_floats,
+                                                    .can_widen = true,
+                                                    .visit_coordinates = ply::visit_coordinates};

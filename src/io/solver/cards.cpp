@@ -5,7 +5,7 @@
 #include "io/solver/solver.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::solver {
+namespace knead::detail::solver {
 namespace {
 
 // The parts of a line between commas, with the blanks around them.
@@ -312,4 +312,4 @@ void scan_unv(std::string_view bytes, const std::string& name, const PointVisito
   if (!has_nodes) throw InvalidInput(Place{name}, "has no nodes (dataset 2411); is it a universal file?");
 }
 
-}  // namespace knead::io_detail::solver
+}  // namespace knead::detail::solver

@@ -7,7 +7,7 @@
 #include "io/solver/solver.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::solver {
+namespace knead::detail::solver {
 namespace {
 
 class FoamScan {
@@ -269,4 +269,4 @@ VolumeCells foam_cells(std::string_view faces, std::string_view owner, std::stri
   return cells;
 }
 
-}  // namespace knead::io_detail::solver
+}  // namespace knead::detail::solver

@@ -13,7 +13,7 @@
 #include "io/solver/solver.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::solver {
+namespace knead::detail::solver {
 namespace {
 
 // The physical groups by dimension and number.
@@ -394,4 +394,4 @@ VolumeCells gmsh_cells(std::string_view bytes, const std::string& name, std::spa
   return cells;
 }
 
-}  // namespace knead::io_detail::solver
+}  // namespace knead::detail::solver

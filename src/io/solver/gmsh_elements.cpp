@@ -5,7 +5,7 @@
 #include "io/solver/solver.h"
 #include "knead/cells.h"
 
-namespace knead::io_detail::solver {
+namespace knead::detail::solver {
 namespace {
 
 using Form = GmshElement::Form;
@@ -222,4 +222,4 @@ bool is_flat(std::span<const Vec3d> points) {
   return std::all_of(points.begin(), points.end(), [&](const Vec3d& p) { return p.z == points.front().z; });
 }
 
-}  // namespace knead::io_detail::solver
+}  // namespace knead::detail::solver

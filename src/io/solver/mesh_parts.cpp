@@ -18,21 +18,21 @@
 namespace knead {
 namespace {
 
-namespace solver = io_detail::solver;
+namespace solver = detail::solver;
 namespace fs = std::filesystem;
 
 // A file, or its compressed form; empty: neither is there.
 fs::path existing(const fs::path& file) {
   std::error_code error;
   if (fs::exists(file, error)) return file;
-  const fs::path compressed = file.string() + std::string(io_detail::kGzip);
+  const fs::path compressed = file.string() + std::string(detail::kGzip);
   return fs::exists(compressed, error) ? compressed : fs::path();
 }
 
 // The time that names a folder of OpenFOAM; nothing for another name.
 std::optional<double> time_of(const fs::path& name) {
   double time = 0;
-  const bool is_time = io_detail::parse_real(name.string(), time) == io_detail::ParseResult::ok;
+  const bool is_time = detail::parse_real(name.string(), time) == detail::ParseResult::ok;
   return is_time ? std::optional(time) : std::nullopt;
 }
 
@@ -65,7 +65,7 @@ fs::path file_of_earlier_time(const fs::path& mesh, const char* name) {
 std::string read_beside(const fs::path& path, const char* name) {
   fs::path file = existing(path.parent_path() / name);
   if (file.empty()) file = file_of_earlier_time(fs::absolute(path).parent_path(), name);
-  if (!file.empty()) return io_detail::bytes_of_file(file);
+  if (!file.empty()) return detail::bytes_of_file(file);
   throw IoError(IoError::Operation::read, path.string(),
                 "the file " + std::string(name) +
                     " of its mesh is neither beside it nor in constant/polyMesh of its case; copy it beside it");
@@ -81,11 +81,11 @@ void require_points(std::span<const std::uint32_t> numbers, std::size_t points, 
 
 std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFile& shape) {
   std::vector<Patch> patches;
-  if (shape.format == io_detail::su2_codec.name) {
+  if (shape.format == detail::su2_codec.name) {
     patches = solver::su2_patches(shape.bytes, path.string(), shape.mesh.vertex_count());
-  } else if (shape.format == io_detail::gmsh_codec.name) {
+  } else if (shape.format == detail::gmsh_codec.name) {
     patches = solver::gmsh_patches(shape.bytes, path.string());
-  } else if (shape.format == io_detail::foam_codec.name) {
+  } else if (shape.format == detail::foam_codec.name) {
     const std::string faces = read_beside(path, "faces");
     const std::string boundary = read_beside(path, "boundary");
     patches = solver::foam_patches(boundary, faces, path.parent_path().string());
@@ -100,11 +100,11 @@ std::vector<Patch> read_patches(const std::filesystem::path& path, const ShapeFi
 
 VolumeCells read_cells(const std::filesystem::path& path, const ShapeFile& shape) {
   VolumeCells cells;
-  if (shape.format == io_detail::su2_codec.name) {
+  if (shape.format == detail::su2_codec.name) {
     cells = solver::su2_cells(shape.bytes, path.string(), shape.mesh.positions);
-  } else if (shape.format == io_detail::gmsh_codec.name) {
+  } else if (shape.format == detail::gmsh_codec.name) {
     cells = solver::gmsh_cells(shape.bytes, path.string(), shape.mesh.positions);
-  } else if (shape.format == io_detail::foam_codec.name) {
+  } else if (shape.format == detail::foam_codec.name) {
     cells = solver::foam_cells(read_beside(path, "faces"), read_beside(path, "owner"), read_beside(path, "neighbour"),
                                path.parent_path().string());
   }

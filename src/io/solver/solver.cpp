@@ -10,7 +10,7 @@
 #include "io/mesh_builder.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::solver {
+namespace knead::detail::solver {
 namespace {
 
 constexpr double kFlat = 1e-6;  // of the diagonal of the box: how far a point may leave a plane that the file implies
@@ -263,9 +263,9 @@ void require_room(std::size_t points, std::size_t left, std::size_t bytes_for_ea
   if (points > left / bytes_for_each + 1) text.fail(too_many(std::to_string(points) + " points", left));
 }
 
-}  // namespace knead::io_detail::solver
+}  // namespace knead::detail::solver
 
-namespace knead::io_detail {
+namespace knead::detail {
 
 const Codec su2_codec = solver::codec_of<solver::kSu2>();
 const Codec gmsh_codec = solver::codec_of<solver::kGmsh>();
@@ -274,4 +274,4 @@ const Codec nastran_codec = solver::codec_of<solver::kNastran>();
 const Codec abaqus_codec = solver::codec_of<solver::kAbaqus>();
 const Codec unv_codec = solver::codec_of<solver::kUnv>();
 
-}  // namespace knead::io_detail
+}  // namespace knead::detail

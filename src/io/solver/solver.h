@@ -18,7 +18,7 @@
 #include "knead/io.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::solver {
+namespace knead::detail::solver {
 
 // The spelling of coordinates.
 enum class Spelling {
@@ -137,4 +137,4 @@ VolumeCells foam_cells(std::string_view faces, std::string_view owner, std::stri
 // Throws InvalidInput if `left` bytes cannot hold `points` points.
 void require_room(std::size_t points, std::size_t left, std::size_t bytes_for_each, const TextCursor& text);
 
-}  // namespace knead::io_detail::solver
+}  // namespace knead::detail::solver

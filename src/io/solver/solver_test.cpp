@@ -71,8 +71,8 @@ TEST(Su2, WhatIsRefused) {
 std::string without_coordinates(const ShapeFile& shape) {
   std::string rest;
   std::size_t copied = 0;
-  io_detail::find_layout<io_detail::solver::Layout>(shape)->kind->scan(
-      shape.bytes, "a", [&](const io_detail::solver::PointSite& site) {
+  detail::find_layout<detail::solver::Layout>(shape)->kind->scan(
+      shape.bytes, "a", [&](const detail::solver::PointSite& site) {
         for (std::size_t axis = 0; axis < site.dimensions; ++axis) {
           const std::string_view word = site.words[axis];
           const auto begin = static_cast<std::size_t>(word.data() - shape.bytes.data());
@@ -125,7 +125,7 @@ TEST(Solver, FilesOfOtherProgramsKeepAllButTheirCoordinates) {
     const ShapeFile moved = parse_shape(serialize_shape(file.format, shape, positions), file.format, "b");
     EXPECT_EQ(without_coordinates(moved), without_coordinates(shape));
     ASSERT_EQ(moved.mesh.vertex_count(), positions.size());
-    const bool rounds = io_detail::find_layout<io_detail::solver::Layout>(shape)->rounds;
+    const bool rounds = detail::find_layout<detail::solver::Layout>(shape)->rounds;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         // Fields of 8 characters hold 4 digits besides sign, point and exponent.
@@ -466,13 +466,13 @@ TEST(Gzip, FilesAreReadAndWrittenCompressed) {
   const std::filesystem::path foam = std::filesystem::path(KNEAD_FUZZ_CORPUS) / "fuzz_foam";
   EXPECT_EQ(read_shape(foam / "points.gz").bytes, bytes_of(foam / "foam_ascii.points"));  // OpenFOAM wrote both
   const std::string zipped = bytes_of(folder / "points.gz");
-  EXPECT_EQ(io_detail::unzipped(zipped + zipped, "a").size(), 2 * (text.size() + 2));  // two members
+  EXPECT_EQ(detail::unzipped(zipped + zipped, "a").size(), 2 * (text.size() + 2));  // two members
   write_mesh(folder / "a.ply.gz", shape.mesh);
   EXPECT_EQ(read_shape(folder / "a.ply.gz").mesh.positions, shape.mesh.positions);
   for (std::size_t size = 0; size < zipped.size(); size += 997) {
-    EXPECT_THROW(io_detail::unzipped(zipped.substr(0, size), "a"), InvalidInput) << size;
+    EXPECT_THROW(detail::unzipped(zipped.substr(0, size), "a"), InvalidInput) << size;
   }
-  EXPECT_THROW(io_detail::unzipped(text, "a"), InvalidInput);
+  EXPECT_THROW(detail::unzipped(text, "a"), InvalidInput);
   EXPECT_THROW(CloudPieces(folder / "a.ply.gz", 100), InvalidInput);
   std::filesystem::remove_all(folder);
 }

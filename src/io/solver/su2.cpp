@@ -7,7 +7,7 @@
 #include "io/solver/solver.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::solver {
+namespace knead::detail::solver {
 namespace {
 
 // The first word of the next line that is no comment; empty at the end of the file.
@@ -162,4 +162,4 @@ VolumeCells su2_cells(std::string_view bytes, const std::string& name, std::span
   return cells;
 }
 
-}  // namespace knead::io_detail::solver
+}  // namespace knead::detail::solver

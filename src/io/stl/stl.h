@@ -11,7 +11,7 @@
 #include "io/text.h"
 #include "knead/io.h"
 
-namespace knead::io_detail::stl {
+namespace knead::detail::stl {
 
 // The corners of the mesh are those of the file, in its order.
 struct Layout {
@@ -76,4 +76,4 @@ class FacetCursor {
   std::size_t facets_ = 0;
 };
 
-}  // namespace knead::io_detail::stl
+}  // namespace knead::detail::stl

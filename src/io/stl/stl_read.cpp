@@ -11,7 +11,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::stl {
+namespace knead::detail::stl {
 namespace {
 
 // Keywords stand in any letter case.
@@ -299,4 +299,4 @@ bool FacetCursor::next(Facet& facet) {
 
 void read(ShapeFile& shape, const std::string& name) { set_layout(shape, Reader(shape, name).run()); }
 
-}  // namespace knead::io_detail::stl
+}  // namespace knead::detail::stl

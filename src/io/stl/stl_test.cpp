@@ -21,8 +21,8 @@
 namespace knead::stl_test {
 namespace {
 
-using io_detail::stl::kFirstTriangle;
-using io_detail::stl::kTriangleBytes;
+using detail::stl::kFirstTriangle;
+using detail::stl::kTriangleBytes;
 
 const std::string kText =
     "solid two parts, #1\r\n"
@@ -80,7 +80,7 @@ TEST(Stl, InTextOnlyWhatChangesIsReplaced) {
   EXPECT_EQ(bytes.substr(0, normal), kText.substr(0, normal));
   const std::size_t source_rest = kText.find('\n', normal);
   EXPECT_EQ(bytes.substr(rest), replaced(kText.substr(source_rest), "0.000 0 0", "0.000 0 -1"));
-  io_detail::TextCursor words(bytes, "test", normal);
+  detail::TextCursor words(bytes, "test", normal);
   for (const double sign : {-1.0, -1.0, 1.0}) {
     EXPECT_NEAR(words.real(words.next(), "a number"), sign / std::sqrt(3.0), 4e-16);  // two roundings of about 1
   }
@@ -179,10 +179,10 @@ TEST(Stl, PositionsThatAFloatCannotHoldAreRefused) {
 
 TEST(Stl, SaysWhatIsLost) {
   Mesh mesh = square();
-  EXPECT_EQ(text_of(io_detail::stl_codec.losses(mesh)), "1 polygon is cut into triangles\n");
+  EXPECT_EQ(text_of(detail::stl_codec.losses(mesh)), "1 polygon is cut into triangles\n");
   mesh.positions.push_back({0.1, 0, 0});
   mesh.attributes.push_back({"uv", Domain::vertex, NumberType::float32, 2, std::vector<double>(10, 0.5)});
-  EXPECT_EQ(text_of(io_detail::stl_codec.losses(mesh)),
+  EXPECT_EQ(text_of(detail::stl_codec.losses(mesh)),
             "1 polygon is cut into triangles\n1 vertex in no face is left out\ncoordinates are rounded to floats\n"
             "STL cannot hold 'uv'\n");
 }
@@ -215,7 +215,7 @@ TEST(Stl, ErrorsInBinaryNameTheByte) {
 
 TEST(Welder, FindsEveryPositionAgain) {
   std::vector<Vec3d> positions;
-  io_detail::Welder welder(positions);
+  detail::Welder welder(positions);
   std::mt19937_64 random(7);
   std::vector<Vec3d> given;
   for (int i = 0; i < 20000; ++i) {
@@ -243,7 +243,7 @@ TEST(Stl, RealFilesChangeOnlyInWhatMoves) {
   for (const char* name :
        {"icosahedron_ascii", "icosahedron_binary", "spider_ascii", "spider_binary", "featuretype_binary"}) {
     const ShapeFile shape = read_shape(test_mesh(std::string("originals/") + name + ".stl"));
-    const bool binary = io_detail::layout_of<io_detail::stl::Layout>(shape).binary;
+    const bool binary = detail::layout_of<detail::stl::Layout>(shape).binary;
     std::vector<Vec3d> positions = shape.mesh.positions;
     for (std::size_t i = 0; i < positions.size(); i += 5) positions[i] += {0.1, 0, 0};
     const ShapeFile back = parse(serialize_shape("stl", shape, positions));

@@ -1,7 +1,6 @@
 // Writing STL: the source's bytes with some numbers replaced, or a new file.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "io/codec.h"
 #include "io/mesh_builder.h"
@@ -11,7 +10,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::stl {
+namespace knead::detail::stl {
 namespace {
 
 constexpr std::endian kOrder = std::endian::little;
@@ -297,17 +296,17 @@ std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
 std::vector<std::string> remesh_losses(const ShapeFile& /*source*/) { return {}; }
 
 }  // namespace
-}  // namespace knead::io_detail::stl
+}  // namespace knead::detail::stl
 
-const knead::io_detail::Codec knead::io_detail::stl_codec{.name = "stl",
-                                                          .read = stl::read,
-                                                          .rewrite = stl::rewrite,
-                                                          .generate = stl::generate,
-                                                          .losses = stl::losses,
-                                                          .source_losses = stl::source_losses,
-                                                          .remeshed = stl::remeshed,
-                                                          .remesh_losses = stl::remesh_losses,
-                                                          .stores_floats = stl::stores_floats,
-                                                          .generates_floats = true,
-                                                          .needs_faces = true,
-                                                          .visit_coordinates = stl::visit_coordinates};
+const knead::detail::Codec knead::detail::stl_codec{.name = "stl",
+                                                    .read = stl::read,
+                                                    .rewrite = stl::rewrite,
+                                                    .generate = stl::generate,
+                                                    .losses = stl::losses,
+                                                    .source_losses = stl::source_losses,
+                                                    .remeshed = stl::remeshed,
+                                                    .remesh_losses = stl::remesh_losses,
+                                                    .stores_floats = stl::stores_floats,
+                                                    .generates_floats = true,
+                                                    .needs_faces = true,
+                                                    .visit_coordinates = stl::visit_coordinates};

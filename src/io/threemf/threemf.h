@@ -13,7 +13,7 @@
 #include "knead/io.h"
 #include "knead/vec.h"
 
-namespace knead::io_detail::threemf {
+namespace knead::detail::threemf {
 
 // The mesh is what the items of <build> place, in their order, in the model's unit: an object once for each place.
 // Components of other parts are read, too, as slicers write them. Colors of <basematerials> and <colorgroup> become the
@@ -28,7 +28,7 @@ struct Placement {
   Vec3d shift{0, 0, 0};
 
   Vec3d operator()(const Vec3d& p) const { return is_identity() ? p : turn * p + shift; }
-  Vec3d taken_back(const Vec3d& p) const;
+  Vec3d inverse_image(const Vec3d& p) const;
   bool is_identity() const { return turn == Mat3d{} && shift == Vec3d{0, 0, 0}; }
   friend Placement operator*(const Placement& a, const Placement& b) {
     return {a.turn * b.turn, a.turn * b.shift + a.shift};
@@ -78,4 +78,4 @@ void take_numbers(const TagCursor& cursor, const Tag& tag, const std::string_vie
 inline constexpr std::string_view kVertexNames[3] = {"x", "y", "z"};
 inline constexpr std::string_view kTriangleNames[3] = {"v1", "v2", "v3"};
 
-}  // namespace knead::io_detail::threemf
+}  // namespace knead::detail::threemf

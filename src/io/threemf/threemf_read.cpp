@@ -15,7 +15,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::threemf {
+namespace knead::detail::threemf {
 
 namespace {
 
@@ -381,7 +381,7 @@ class Reader {
 
 }  // namespace
 
-Vec3d Placement::taken_back(const Vec3d& p) const {
+Vec3d Placement::inverse_image(const Vec3d& p) const {
   if (is_identity()) return p;
   const Vec3d c0 = turn.column(0);
   const Vec3d c1 = turn.column(1);
@@ -410,4 +410,4 @@ void take_numbers(const TagCursor& cursor, const Tag& tag, const std::string_vie
 
 void read(ShapeFile& shape, const std::string& name) { set_layout(shape, Reader(shape, name).run()); }
 
-}  // namespace knead::io_detail::threemf
+}  // namespace knead::detail::threemf

@@ -19,7 +19,7 @@ namespace {
 
 std::string part_of(const std::string& bytes, const std::string& part) {
   const std::string name = "test.3mf";
-  const io_detail::zip::Archive archive(bytes, name);
+  const detail::zip::Archive archive(bytes, name);
   return archive.content(*archive.find(part));
 }
 
@@ -40,8 +40,8 @@ std::string model_file(const std::string& model) { return threemf_file({{"3D/3dm
 TEST(ThreeMf, DamagedModelsAreRefusedOrKeepTheirPromises) {
   for (const Sample& sample : threemf_samples()) {
     const std::string name = "sample";
-    const io_detail::zip::Archive archive(sample.bytes, name);
-    for (const io_detail::zip::Entry& entry : archive.entries()) {
+    const detail::zip::Archive archive(sample.bytes, name);
+    for (const detail::zip::Entry& entry : archive.entries()) {
       const std::string sound = archive.content(entry);
       for (std::size_t i = 0; i < sound.size(); ++i) {
         for (const char value : {'\0', '\n', ' ', '-', '9', '"', '<', '>', '/', '\xff'}) {
@@ -179,7 +179,7 @@ TEST(ThreeMf, WhatIsWrongIsSaid) {
          "3dmodel.model:2: '3' is no vertex of its mesh");
   expect(with("<object id=\"1\">" + threemf_mesh("<triangle v1=\"0\" v2=\"1\"/>") + "</object>", ""), "v3 is missing");
   expect(refusal(threemf_file({})), "'/3D/3dmodel.model' is missing");
-  expect(refusal(io_detail::zip::archive_of({{"a", "b"}})), "_rels/.rels is missing");
+  expect(refusal(detail::zip::archive_of({{"a", "b"}})), "_rels/.rels is missing");
   std::string damaged = threemf_samples()[0].bytes;
   damaged[60] = static_cast<char>(damaged[60] ^ 1);
   EXPECT_NE(refusal(damaged), "read");

@@ -16,7 +16,7 @@
 #include "knead/error.h"
 #include "knead/mesh.h"
 
-namespace knead::io_detail::threemf {
+namespace knead::detail::threemf {
 
 namespace {
 
@@ -88,7 +88,7 @@ std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, s
         const std::size_t vertex = v++;
         if (!has_moved(vertex)) continue;
         take_numbers(cursor, tag, kVertexNames, numbers);
-        const Vec3d to = instance->placement.taken_back(positions[vertex]);
+        const Vec3d to = instance->placement.inverse_image(positions[vertex]);
         std::array<std::size_t, 3> order{0, 1, 2};  // as they stand in the text
         std::sort(order.begin(), order.end(),
                   [&](std::size_t a, std::size_t b) { return numbers.words[a].data() < numbers.words[b].data(); });
@@ -212,7 +212,7 @@ class MeshWriter {
     const Spelling spelling = spelling_of(text, mesh.vertices_begin, mesh.vertices_end, name, "vertex");
     std::string result;
     for (const std::uint32_t v : vertices_) {
-      const Vec3d p = instance.placement.taken_back(shape_.mesh.positions[v]);
+      const Vec3d p = instance.placement.inverse_image(shape_.mesh.positions[v]);
       result.append(spelling.gap).append(spelling.opening);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         result.append(" ").append(kVertexNames[axis]).append("=\"");
@@ -449,16 +449,16 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
 
 std::string remeshed(const NewMesh& shape, const WriteOptions& options) { return MeshWriter(shape, options).run(); }
 
-}  // namespace knead::io_detail::threemf
+}  // namespace knead::detail::threemf
 
-const knead::io_detail::Codec knead::io_detail::threemf_codec{.name = "3mf",
-                                                              .read = threemf::read,
-                                                              .rewrite = threemf::rewrite,
-                                                              .generate = threemf::generate,
-                                                              .losses = threemf::losses,
-                                                              .source_losses = threemf::source_losses,
-                                                              .remeshed = threemf::remeshed,
-                                                              .remesh_losses = threemf::remesh_losses,
-                                                              .face_labels = threemf::face_labels,
-                                                              .needs_faces = true,
-                                                              .visit_coordinates = threemf::visit_coordinates};
+const knead::detail::Codec knead::detail::threemf_codec{.name = "3mf",
+                                                        .read = threemf::read,
+                                                        .rewrite = threemf::rewrite,
+                                                        .generate = threemf::generate,
+                                                        .losses = threemf::losses,
+                                                        .source_losses = threemf::source_losses,
+                                                        .remeshed = threemf::remeshed,
+                                                        .remesh_losses = threemf::remesh_losses,
+                                                        .face_labels = threemf::face_labels,
+                                                        .needs_faces = true,
+                                                        .visit_coordinates = threemf::visit_coordinates};

@@ -3,7 +3,7 @@
 
 #include "io/text.h"
 
-namespace knead::io_detail::threemf {
+namespace knead::detail::threemf {
 
 namespace {
 
@@ -105,4 +105,4 @@ std::string_view TagCursor::value(const Tag& tag, std::string_view name) const {
   return {};
 }
 
-}  // namespace knead::io_detail::threemf
+}  // namespace knead::detail::threemf

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace knead::io_detail::threemf {
+namespace knead::detail::threemf {
 
 struct Tag {
   std::string_view name;        // without its prefix
@@ -53,4 +53,4 @@ class TagCursor {
 // Returns a name without the prefix of its namespace.
 std::string_view local_name(std::string_view name);
 
-}  // namespace knead::io_detail::threemf
+}  // namespace knead::detail::threemf

@@ -6,14 +6,12 @@
 #include <bit>
 #include <cstring>
 #include <optional>
-#include <span>
 
 #include "io/codec.h"
-#include "io/numbers.h"
 #include "io/text.h"
 #include "knead/error.h"
 
-namespace knead::io_detail::zip {
+namespace knead::detail::zip {
 
 namespace {
 
@@ -319,4 +317,4 @@ std::string archive_of(const std::vector<std::pair<std::string, std::string>>& p
   return result;
 }
 
-}  // namespace knead::io_detail::zip
+}  // namespace knead::detail::zip

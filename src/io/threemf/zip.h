@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace knead::io_detail::zip {
+namespace knead::detail::zip {
 
 // A part of an archive, by its record in the directory.
 struct Entry {
@@ -66,4 +66,4 @@ class Archive {
 // Returns a new archive of parts, each with its name, compressed where Knead was built with zlib.
 std::string archive_of(const std::vector<std::pair<std::string, std::string>>& parts);
 
-}  // namespace knead::io_detail::zip
+}  // namespace knead::detail::zip

@@ -1,7 +1,6 @@
 // LiveMesh: updates the drawn vertices that move, and the boxes of what has changed.
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <numeric>
 #include <string>

@@ -106,10 +106,7 @@ void blend_premultiplied() {
 // Returns whether the backs of faces are all hidden: those of a solid seen from outside. Without a GPU they take half
 // of a picture's time.
 bool only_fronts_show(const LiveFrame& frame, const LiveShape& shape) {
-  const Box& box = shape.box;
-  const Vec3d& eye = frame.view.eye;
-  const bool within = eye.x >= box.min.x && eye.y >= box.min.y && eye.z >= box.min.z && eye.x <= box.max.x &&
-                      eye.y <= box.max.y && eye.z <= box.max.z;
+  const bool within = contains(shape.box, frame.view.eye);
   return frame.programs.in_software && shape.mesh.is_solid() && !frame.cut && !within;
 }
 

@@ -10,7 +10,6 @@
 
 #include "gl/objects.h"
 #include "knead/mesh.h"
-#include "knead/splats.h"
 #include "knead/vec.h"
 #include "render/live/live.h"
 #include "render/surface.h"

@@ -163,9 +163,8 @@ struct FramebufferGuard {
 // Returns the samples that the box may cover, with a margin; all if it extends behind the eye.
 LiveRect rect_of(const Box& box, const View& view, int width, int height, int margin) {
   LiveRect rect{width, height, 0, 0};
-  for (int i = 0; i < 8 && !box.empty(); ++i) {
-    const Vec3d p{(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
-                  (i & 4) != 0 ? box.max.z : box.min.z};
+  for (std::size_t i = 0; i < 8 && !box.empty(); ++i) {
+    const Vec3d p = box.corner(i);
     const auto row = [&](std::size_t r) {
       return view.matrix[r] * p.x + view.matrix[4 + r] * p.y + view.matrix[8 + r] * p.z + view.matrix[12 + r];
     };

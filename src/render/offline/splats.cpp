@@ -9,7 +9,7 @@
 
 #include "knead/editor/render.h"
 #include "knead/error.h"
-#include "knead/splats.h"
+#include "knead/mesh.h"
 #include "math/elementary.h"
 #include "render/splat_attributes.h"
 

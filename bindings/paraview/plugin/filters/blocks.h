@@ -3,7 +3,6 @@
 
 #include <vtkSmartPointer.h>
 
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>

@@ -179,8 +179,8 @@ class Job {
     const SafeUntil safe = safe_until(until_, [&](double until) { return inverts_nothing(until); });
     throw Failure(settings_.session_file + ": " + what + "; no cell is inverted up to Until = " + text(safe.until) +
                   ". Use that, finer cells, or strokes with a wider transition" + wider_transition(safe) +
-                  "; or move the mesh with knead.deform_mesh(least_scaled_jacobian=0.05) in Python, which mends cells; "
-                  "or switch FailOnInversion off");
+                  "; or move the mesh with knead.deform_mesh(least_scaled_jacobian=0.05) in Python, which repairs "
+                  "cells; or switch FailOnInversion off");
   }
 
   // Collective.

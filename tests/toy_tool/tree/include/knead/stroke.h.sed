@@ -6,7 +6,7 @@ struct ToyStroke {\
   double outer = 0;\
   double sharpness = 0.25;\
 \
-  static const tool_detail::ToolRow<ToyStroke> tool;\
+  static const detail::ToolRow<ToyStroke> tool;\
   friend bool operator==(const ToyStroke&, const ToyStroke&) = default;\
 };\
 

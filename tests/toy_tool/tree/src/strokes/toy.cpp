@@ -5,7 +5,7 @@ namespace knead {
 
 namespace {
 
-using namespace tool_detail;
+using namespace detail;
 
 std::vector<StrokeKey> keys(ToyStroke& s) {
   return {{"center", Quantity::finite, &s.center},
@@ -24,7 +24,7 @@ Flow flow_of(const ToyStroke& stroke) {
 
 }  // namespace
 
-constinit const tool_detail::ToolRow<ToyStroke> ToyStroke::tool{
+constinit const detail::ToolRow<ToyStroke> ToyStroke::tool{
     .name = "toy", .keys = keys, .validate = validate, .flow = flow_of};
 
 }  // namespace knead
