@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "document/layers.h"
 #include "gestures/gesture_kinds.h"
