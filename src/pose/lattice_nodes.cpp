@@ -15,7 +15,7 @@ namespace {
 constexpr double kMaxBox = 16e6;         // nodes in the box
 constexpr std::size_t kMinDivided = 24;  // sets with at most so many nodes are not divided
 constexpr int kSeparator = 3;            // layers: nodes that share a cell are at most 3 apart
-constexpr int kBlock = 3;                // cells along an axis: a block and the next but one share no node
+constexpr int kCellsOfBlock = 3;         // cells along an axis: a block and the next but one share no node
 
 bool before(const LatticeCell& a, const LatticeCell& b) {
   return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
@@ -183,7 +183,7 @@ std::array<std::vector<CellBlock>, 8> blocks_of(const std::vector<CellPoint>& po
     LatticeCell block;
     std::size_t list = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      block[axis] = static_cast<int>(std::floor(static_cast<double>(points[begin].cell[axis]) / kBlock));
+      block[axis] = static_cast<int>(std::floor(static_cast<double>(points[begin].cell[axis]) / kCellsOfBlock));
       list = 2 * list + static_cast<std::size_t>(block[axis] & 1);
     }
     lists[list][block].emplace_back(points.data() + begin, end - begin);

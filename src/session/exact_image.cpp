@@ -34,7 +34,7 @@ constexpr std::size_t kVerticesPerSample = 64;
 constexpr std::size_t kFacesPerSample = 2;  // of the faces that are checked whatever their size
 constexpr std::size_t kFacesAtOnce = 4096;
 
-constexpr double kFar =
+constexpr double kFarFromFace =
     1e-3;  // of the reference length: at this distance from its own face, the nearest face is sought
 // Bounds of the distance of the faces from the image (root mean square, relative to the size), and of the relative
 // change of the volume: without remeshing, and with it.
@@ -64,7 +64,7 @@ struct Samples {
 
 struct ImageError {
   double greatest = 0;      // distance of a sample, relative to the reference length
-  double rms = 0;           // of the whole surface, if that is more than kFar
+  double rms = 0;           // of the whole surface, if that is more than kFarFromFace
   double volume = 0;        // after / before - 1; 0 of what has none, and after strokes that change volumes on purpose
   bool is_at_rest = false;  // no vertex has moved
   bool is_closed = false;   // the surface before; only where it matters
@@ -175,7 +175,7 @@ Samples samples_of(const Compared& work) {
 // The distances of the points, moved, from the shape.
 std::vector<double> distances_of(const Samples& samples, const Compared& work, const Progress* progress) {
   const DeformedShape& now = work.now;
-  const double far = kFar * now.reference_length();
+  const double far = kFarFromFace * now.reference_length();
   std::vector<double> distances(samples.points.size(), kInfinity);
   std::vector<std::size_t> others;  // not near to their own faces
   for (std::size_t i = 0; i < samples.points.size(); ++i) {
@@ -233,7 +233,7 @@ ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape
   ImageError error;
   const std::vector<double> distances = distances_of(samples, work, progress);
   error.greatest = *std::max_element(distances.begin(), distances.end()) / now.reference_length();
-  if (error.greatest <= kFar) return error;
+  if (error.greatest <= kFarFromFace) return error;
   error.rms = rms_of(distances, samples, before) / now.reference_length();
   error.volume = volume_change(before, flow, now);
   error.is_closed =

@@ -11,7 +11,7 @@ namespace knead::detail {
 namespace {
 
 // A point (both ends the same) or a segment of a curve.
-struct Piece {
+struct ElementPiece {
   Vec3d a;
   Vec3d b;
   std::uint32_t element = 0;
@@ -40,7 +40,7 @@ double squared_box_distance(const Box& a, const Box& b) {
 // compared again.
 class Joiner {
  public:
-  Joiner(std::vector<Piece> pieces, std::size_t elements, double reach)
+  Joiner(std::vector<ElementPiece> pieces, std::size_t elements, double reach)
       : pieces_(std::move(pieces)), sets_(elements), reach2_(reach * reach) {
     nodes_.reserve(2 * pieces_.size());
     build(0, static_cast<std::uint32_t>(pieces_.size()));
@@ -64,8 +64,9 @@ class Joiner {
     const Vec3d size = node.box.max - node.box.min;
     const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
     const std::uint32_t middle = begin + (end - begin) / 2;
-    std::nth_element(pieces_.begin() + begin, pieces_.begin() + middle, pieces_.begin() + end,
-                     [&](const Piece& p, const Piece& q) { return p.a[axis] + p.b[axis] < q.a[axis] + q.b[axis]; });
+    std::nth_element(
+        pieces_.begin() + begin, pieces_.begin() + middle, pieces_.begin() + end,
+        [&](const ElementPiece& p, const ElementPiece& q) { return p.a[axis] + p.b[axis] < q.a[axis] + q.b[axis]; });
     const std::uint32_t left = build(begin, middle);
     const std::uint32_t right = build(middle, end);
     nodes_[index].left = left;
@@ -122,15 +123,15 @@ class Joiner {
   void join_leaves(const Node& a, const Node& b) {
     for (std::uint32_t i = a.begin; i < a.end; ++i) {
       for (std::uint32_t j = b.begin; j < b.end; ++j) {
-        const Piece& p = pieces_[i];
-        const Piece& q = pieces_[j];
+        const ElementPiece& p = pieces_[i];
+        const ElementPiece& q = pieces_[j];
         if (sets_.find(p.element) == sets_.find(q.element)) continue;
         if (squared_segment_distance(p.a, p.b, q.a, q.b) < reach2_) sets_.join(p.element, q.element);
       }
     }
   }
 
-  std::vector<Piece> pieces_;
+  std::vector<ElementPiece> pieces_;
   std::vector<Node> nodes_;
   DisjointSets sets_;
   double reach2_;
@@ -164,7 +165,7 @@ double squared_segment_distance(const Vec3d& a0, const Vec3d& a1, const Vec3d& b
 
 std::vector<Part> connected_parts(std::span<const Vec3d> points, std::span<const std::vector<Vec3d>> curves,
                                   double reach) {
-  std::vector<Piece> pieces;
+  std::vector<ElementPiece> pieces;
   for (const Vec3d& p : points) pieces.push_back({p, p, static_cast<std::uint32_t>(pieces.size())});
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const auto element = static_cast<std::uint32_t>(points.size() + k);

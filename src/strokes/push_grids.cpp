@@ -20,7 +20,7 @@ constexpr double kWorthDividing = 0.75;  // of the nodes
 constexpr std::size_t kFewNodes = 4096;  // of a grid, which is not divided
 
 // The nodes of a grid: multiples of the spacing.
-struct NodeBox {
+struct PushedNodes {
   std::array<int, 3> first{};
   std::array<int, 3> count{};
 
@@ -32,8 +32,8 @@ struct NodeBox {
 };
 
 // Returns the nodes nearer than `outer` to the box, and one more on each side for the spline.
-NodeBox nodes_around(const Box& box, double spacing, double outer) {
-  NodeBox nodes;
+PushedNodes nodes_around(const Box& box, double spacing, double outer) {
+  PushedNodes nodes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     nodes.first[axis] = static_cast<int>(std::floor((box.min[axis] - outer) / spacing)) - 1;
     nodes.count[axis] = static_cast<int>(std::ceil((box.max[axis] + outer) / spacing)) + 2 - nodes.first[axis];
@@ -123,7 +123,7 @@ PotentialGrid grid_of(const std::vector<Push>& pushes, double bump, double outer
   grid.spacing = bump / kNodesPerBump;
   Box box;
   for (const Push& push : pushes) box.extend(push.place);
-  const NodeBox nodes = nodes_around(box, grid.spacing, outer);
+  const PushedNodes nodes = nodes_around(box, grid.spacing, outer);
   grid.counts = nodes.count;
   grid.origin = Vec3d(nodes.first[0], nodes.first[1], nodes.first[2]) * grid.spacing;
   std::vector<Vec3d> values(nodes.nodes(), Vec3d{0, 0, 0});

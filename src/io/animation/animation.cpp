@@ -285,7 +285,7 @@ std::string prim(const Mesh& mesh) {
 }
 
 // Points are written as they come; what is smaller, or not known before the end, is kept until then.
-struct Stage {
+struct FileOfFrames {
   AtomicFile file;
   FrameNormals frame_normals;
   int frames = 0;
@@ -326,7 +326,7 @@ struct Stage {
 };
 
 Writer usda_writer(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options) {
-  const auto stage = std::make_shared<Stage>(Stage{AtomicFile(path), FrameNormals(source)});
+  const auto stage = std::make_shared<FileOfFrames>(FileOfFrames{AtomicFile(path), FrameNormals(source)});
   stage->file.write(header(options) + prim(source.mesh) + "    point3f[] points.timeSamples = {\n");
   return {[stage](std::span<const Vec3d> positions) { stage->add(positions); }, [stage] { stage->finish(); }};
 }
