@@ -40,6 +40,7 @@ std::optional<Pixels<Number>> read_pixels(const std::string& bytes, int channels
 }  // namespace
 
 std::optional<Pixels<std::uint8_t>> read_colors(const std::string& bytes) {
+  if (bytes.starts_with('P')) return std::nullopt;  // PNM
   return read_pixels<std::uint8_t>(bytes, 4, stbi_load_from_memory);
 }
 

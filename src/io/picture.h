@@ -16,9 +16,12 @@ struct Pixels {
   std::vector<Number> numbers{};
 };
 
-// Reads a PNG, JPEG or PNM file of at most 8192 pixels along a side: red, green, blue and alpha, or grey and alpha.
-// Returns nothing if it cannot be read; picture_trouble() then says why.
+// Reads a PNG or JPEG file of at most 8192 pixels along a side: red, green, blue and alpha. Returns nothing if it cannot
+// be read.
 std::optional<Pixels<std::uint8_t>> read_colors(const std::string& bytes);
+
+// Reads such a file or a PNM file: grey and alpha. Returns nothing if it cannot be read; picture_trouble() then says
+// why.
 std::optional<Pixels<std::uint16_t>> read_greys(const std::string& bytes);
 std::string picture_trouble();
 
