@@ -16,8 +16,8 @@ struct Pixels {
   std::vector<Number> numbers{};
 };
 
-// Reads a PNG or JPEG file of at most 8192 pixels along a side: red, green, blue and alpha. Returns nothing if it cannot
-// be read.
+// Reads a PNG or JPEG file of at most 8192 pixels along a side: red, green, blue and alpha. Returns nothing if it
+// cannot be read.
 std::optional<Pixels<std::uint8_t>> read_colors(const std::string& bytes);
 
 // Reads such a file or a PNM file: grey and alpha. Returns nothing if it cannot be read; picture_trouble() then says
