@@ -533,6 +533,34 @@ TEST_F(DesktopDialogTest, WithoutADesktopStudioAsks) {
   panels.key("Escape");
 }
 
+TEST_F(DesktopDialogTest, AFileDialogTakesWhatIsBroughtToIt) {
+  ShownPanels panels(options(), 1280, 800);
+  std::vector<fs::path> files;
+  for (const char* name : {"one.obj", "two.obj"}) {
+    files.push_back(folder_ / name);
+    std::ofstream(files.back().string()) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  }
+  const auto bring = [&](std::ptrdiff_t count) {
+    panels.frame();
+    EXPECT_TRUE(panels.interface.is_asking());
+    panels.frame({FilesDropped{{files.begin(), files.begin() + count}}});
+    for (int i = 0; i < 3; ++i) panels.frame();
+    EXPECT_FALSE(panels.interface.is_asking());
+    EXPECT_EQ(errors(panels.studio), "");
+    return panels.studio.document().shown().objects.list.size();
+  };
+  panels.interface.welcome();
+  EXPECT_EQ(bring(1), 1u);
+  panels.key("Ctrl+O");
+  EXPECT_EQ(bring(1), 1u);
+  panels.key("Ctrl+Alt+O");
+  EXPECT_EQ(bring(2), 3u);
+  panels.key("Ctrl+E");
+  panels.frame({FilesDropped{files}});
+  EXPECT_TRUE(panels.interface.is_asking()) << "a file to write is none that is there";
+  EXPECT_EQ(panels.studio.document().shown().objects.list.size(), 3u);
+}
+
 }  // namespace
 
 }  // namespace knead::studio::panels_test
