@@ -217,9 +217,9 @@ double median_seconds(const std::function<void()>& run) {
 }
 
 double median_seconds(const std::function<void()>& prepare, const std::function<void()>& run) {
-  constexpr double kLongest = 2;
-  constexpr double kShortest = 0.05;
-  constexpr std::size_t kMax = 25;
+  constexpr double kMaxSeconds = 2;
+  constexpr double kMinSeconds = 0.05;
+  constexpr std::size_t kMaxRuns = 25;
   std::vector<double> times;
   double sum = 0;
   do {
@@ -228,7 +228,7 @@ double median_seconds(const std::function<void()>& prepare, const std::function<
     run();
     times.push_back(clock.seconds());
     sum += times.back();
-  } while (sum < kLongest && (times.size() < 3 || (sum < kShortest && times.size() < kMax)));
+  } while (sum < kMaxSeconds && (times.size() < 3 || (sum < kMinSeconds && times.size() < kMaxRuns)));
   std::sort(times.begin(), times.end());
   return times[times.size() / 2];
 }
