@@ -362,6 +362,12 @@ class MeshFollower {
     return static_cast<double>(carry(flow, sample, kAnyNumber)) / static_cast<double>(sample.size());
   }
 
+  AdvectOptions path_options() const {
+    AdvectOptions options = advect_options(shape_.motion_, shape_.reference_length_);
+    options.progress = progress_;
+    return options;
+  }
+
   RemeshOptions remesh_options(const std::vector<std::uint32_t>& labels) const {
     RemeshOptions options;
     options.targets = shape_.targets_of(settings_);
@@ -370,6 +376,7 @@ class MeshFollower {
     options.face_labels = labels;
     options.creases = *shape_.provenance_->creases;
     options.threads = shape_.motion_.threads;
+    options.progress = progress_;
     return options;
   }
 
@@ -406,9 +413,7 @@ class MeshFollower {
   RemeshOutcome remesh(const Mesh& mesh, const Part& part) {
     const FlowSupport support(part.flow);
     const double cost = cost_of(part.flow);
-    AdvectOptions motion = advect_options(shape_.motion_, shape_.reference_length_);
-    motion.progress = progress_;
-    detail::ReadyFlow flow(part.flow, motion);
+    detail::ReadyFlow flow(part.flow, path_options());
     const std::vector<std::uint32_t> labels = labels_of(*shape_.provenance_, shape_.policy_->face_labels);
     RemeshOptions options = remesh_options(labels);
     const std::vector<std::uint8_t> held = held_vertices(shape_.mask_, mesh.positions);
@@ -428,7 +433,6 @@ class MeshFollower {
     set_support(support, part.flow, deformation);
     const KeptCount kept(progress_);
     try {
-      options.progress = progress_;
       options.stop_where_crossed = true;
       options.stop_where_thousands_cross = halving_.is_narrow;
       options.seconds = seconds_until(halving_.end);

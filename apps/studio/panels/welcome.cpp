@@ -104,9 +104,9 @@ bool draw_beginnings(Studio& studio, Dialogs& dialogs) {
 
 // What a step is about, and where that is.
 struct TourStep {
-  const char* title;
-  const char* text;
-  Area (*place)(const Layout&);
+  const char* title = nullptr;
+  const char* text = nullptr;
+  Area (*place)(const Layout&) = nullptr;
   const char* by_touch = nullptr;  // the text where fingers press, if it is another one
 };
 
