@@ -8,8 +8,10 @@
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 #pragma GCC diagnostic ignored "-Wunused-function"
+#if !defined(__clang_analyzer__)  // which finds leaks in stb
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
+#endif
 #define STBI_NO_STDIO
 #define STBI_ONLY_PNG
 #define STBI_ONLY_JPEG
