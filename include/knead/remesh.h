@@ -78,9 +78,8 @@ inline constexpr double kDefaultCreaseDeg = 40;
 
 // Returns the creases of a mesh, ascending. An edge is sharp if the normals of its two faces differ by more than
 // angle_deg. Creases are
-// - sharp edges between two flat faces of several triangles, or where most edges around are flat or sharp: CAD parts
-// and
-//   polyhedra;
+// - sharp edges between two flat faces of several triangles, or where most edges around are flat or sharp, as on CAD
+//   parts and polyhedra;
 // - the other edges of flat faces that have at least three triangles, or are long and narrow as the strips of a fillet;
 //   and edges between two vertices of creases;
 // - chains of at least five connected sharp edges, a third of them with an angle above 60 degrees. Each edge of a chain
@@ -174,8 +173,7 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 // - Edges of more than two faces do not change.
 // - Polygons that are touched become triangles.
 // - Faces and vertices that the deformation does not touch keep their corners, bits and order, before new ones.
-// - Values per vertex and corner are interpolated, values per face are inherited. "normal" (3 components) is
-// transformed
+// - Values per vertex and corner are interpolated, values per face are inherited. "normal" (3 components) is changed
 //   as by transport_normals().
 //
 // The result has the same bits for every number of threads. Throws InvalidInput where validate(before) does,
