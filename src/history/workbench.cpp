@@ -9,6 +9,8 @@
 #include "knead/error.h"
 #include "knead/replay.h"
 #include "session/deformed_shape_detail.h"
+#include "session/replay_detail.h"
+#include "session/stroke_run.h"
 #include "strokes/describe.h"
 #include "strokes/pose.h"
 
@@ -309,6 +311,28 @@ LineChange Workbench::remove_refused() {
   for (auto change = undo_.erase(undo_.end() - later); change != undo_.end(); ++change) --change->common;
   redo_.clear();
   return lines_from(index);
+}
+
+double Workbench::missed_motion(Progress* progress) const {
+  const std::optional<ShapeState> before = state_before();
+  if (!live_.empty() || now_.empty() || !before || is_remeshed(now_.back()->info.strokes)) return 0;
+  DeformedShape shape = shape_;
+  shape.restore(*before);
+  detail::ExactImage image(std::make_shared<const Mesh>(shape.to_mesh()), shape.provenance());
+  try {
+    for (const SessionStroke& stroke : now_.back()->info.strokes) {
+      detail::StrokeRun run(detail::prepare_stroke(stroke, folder_), {}, shape, progress);
+      run.begin();
+      run.finish();
+      if (run.status() != AdvectStatus::done) return 0;
+      image.add(run, shape);
+    }
+    return image.missed_motion(shape, progress);
+  } catch (const InvalidInput&) {
+    return 0;  // a file of the stroke is not there any more
+  } catch (const Cancelled&) {
+    return 0;
+  }
 }
 
 WorkResult Workbench::undo(Progress* progress) {

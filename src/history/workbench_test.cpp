@@ -473,5 +473,36 @@ TEST(Workbench, EntriesAreTheSameWhenTheirSessionIsOpenedAgain) {
   EXPECT_EQ(shorter.done().size(), gestures.size() - 1);
 }
 
+// A pull on the middle of a face that no vertex follows, on a fine mesh, with a mask before it, and remeshed.
+TEST(Workbench, SaysHowMuchOfTheMotionTheFacesMiss) {
+  const auto missed = [](std::size_t vertices, bool remeshes, bool is_masked = false) {
+    Workbench bench(make_shape(ShapeKind::sphere, vertices));
+    EXPECT_EQ(bench.missed_motion(), 0) << "no entry";
+    const Mesh& mesh = *bench.base().mesh;
+    Vec3d middle;
+    for (const std::uint32_t v : mesh.face(0)) middle += mesh.positions[v] / 3.0;
+    if (is_masked) {
+      MaskStroke mask;
+      mask.points = mesh.positions;
+      mask.width = 0.5;
+      EXPECT_TRUE(bench.append(session_strokes({mask})).is_done());
+    }
+    std::vector<SessionStroke> strokes = session_strokes({ImplicitStroke{{middle, middle * 1.2}, 0.05, 0.2}});
+    if (remeshes) strokes.front().remesh.emplace();
+    EXPECT_TRUE(bench.append(strokes).is_done());
+    const ShapeState now = bench.state();
+    const double result = bench.missed_motion();
+    EXPECT_TRUE(bench.state().is_same(now));
+    EXPECT_TRUE(bench.undo().is_done());
+    EXPECT_EQ(bench.missed_motion(), 0) << "no entry";
+    return result;
+  };
+  EXPECT_GT(missed(42, false), 0.8);
+  EXPECT_LT(missed(40962, false), 0.02);
+  EXPECT_GT(missed(642, false), 0.02);
+  EXPECT_EQ(missed(642, false, true), 0) << "the mask holds all";
+  EXPECT_EQ(missed(42, true), 0);
+}
+
 }  // namespace
 }  // namespace knead::workbench_test

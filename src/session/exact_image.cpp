@@ -64,6 +64,7 @@ struct Samples {
 
 struct ImageError {
   double greatest = 0;      // distance of a sample, relative to the reference length
+  double motion = 0;        // the greatest of a sample, relative to the reference length
   double rms = 0;           // of the whole surface, if that is more than kFarFromFace
   double volume = 0;        // after / before - 1; 0 of what has none, and after strokes that change volumes on purpose
   bool is_at_rest = false;  // no vertex has moved
@@ -229,8 +230,12 @@ ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape
   AdvectOptions options = advect_options(now.motion(), now.reference_length());
   const KeptCount kept(progress, true);
   options.progress = progress;
+  const std::vector<Vec3d> start = samples.points;
   if (advect(flow, samples.points, options).status != AdvectStatus::done) return {};
   ImageError error;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    error.motion = std::max(error.motion, norm(samples.points[i] - start[i]) / now.reference_length());
+  }
   const std::vector<double> distances = distances_of(samples, work, progress);
   error.greatest = *std::max_element(distances.begin(), distances.end()) / now.reference_length();
   if (error.greatest <= kFarFromFace) return error;
@@ -255,6 +260,12 @@ void ExactImage::add(const StrokeRun& run, const DeformedShape& shape) {
   Flow flow = run.flow();
   std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(flow_.segments));
   if (run.remeshed()) ++remeshes_;
+}
+
+double ExactImage::missed_motion(const DeformedShape& shape, Progress* progress) const {
+  if (flow_.segments.empty()) return 0;
+  const ImageError error = image_error(*surface_, flow_, shape, shape.provenance() == provenance_, progress);
+  return error.greatest > kFarFromFace ? error.greatest / error.motion : 0;
 }
 
 std::optional<std::string> ExactImage::compare(const DeformedShape& shape, const ReplayOptions& options) {

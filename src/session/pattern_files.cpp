@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -355,12 +356,10 @@ bool is_picture(const std::filesystem::path& file) {
   return std::find(kPictureExtensions.begin(), kPictureExtensions.end(), type) != kPictureExtensions.end();
 }
 
-std::vector<std::string> font_names() {
-  std::vector<std::string> names;
-  for (const std::filesystem::path& file : detail::all_fonts()) names.push_back(file.stem().string());
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  return names;
+std::map<std::string, std::filesystem::path> font_files() {
+  std::map<std::string, std::filesystem::path> files;
+  for (const std::filesystem::path& file : detail::all_fonts()) files.emplace(file.stem().string(), file);
+  return files;
 }
 
 }  // namespace knead

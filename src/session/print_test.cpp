@@ -445,6 +445,25 @@ TEST_F(Print, TheOutlineGoesRoundThePattern) {
   EXPECT_NEAR(length, 200.0 / 60, 0.15);
 }
 
+TEST_F(Print, AFontIsFoundByItsNameAsByItsFile) {
+  PrintStroke stroke;
+  stroke.height = stroke.depth = 1;
+  stroke.text = "Rag";
+  for (const auto& [name, file] : font_files()) {
+    try {
+      stroke.font = name;
+      const std::vector<PlaneLine> by_name = print_outline(stroke, {});
+      stroke.font = file.string();
+      EXPECT_EQ(print_outline(stroke, {}), by_name) << name;
+      EXPECT_GT(by_name.size(), 20U);
+      return;
+    } catch (const InvalidInput&) {
+      continue;  // a font of symbols
+    }
+  }
+  GTEST_SKIP() << "no font with letters in the usual folders";
+}
+
 TEST_F(Print, SaysWhereTextCannotBeSet) {
   const Mesh sphere = make_shape(ShapeKind::sphere, 1'000);
   const std::string place = R"("point": [0, 0, 1], "height": 0.3, "depth": 0.02)";

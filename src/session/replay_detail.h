@@ -60,7 +60,9 @@ bool remeshes(const Mesh& mesh, const Session& session, const ReplayOptions& opt
 // The exact image of a surface under strokes.
 class ExactImage {
  public:
-  explicit ExactImage(std::shared_ptr<const Mesh> surface) : surface_(std::move(surface)) {}
+  // `provenance`: that of the shape whose surface this is; null for one that was not remeshed.
+  explicit ExactImage(std::shared_ptr<const Mesh> surface, const Provenance* provenance = nullptr)
+      : surface_(std::move(surface)), provenance_(provenance) {}
 
   // Adds a stroke that has moved the shape. A relax is no flow: after it the image is that of the relaxed shape.
   void add(const StrokeRun& run, const DeformedShape& shape);
@@ -71,11 +73,14 @@ class ExactImage {
   // far.
   std::optional<std::string> compare(const DeformedShape& shape, const ReplayOptions& options);
 
+  // Returns Workbench::missed_motion(), in the time of compare().
+  double missed_motion(const DeformedShape& shape, Progress* progress) const;
+
  private:
   std::shared_ptr<const Mesh> surface_;
-  const Provenance* provenance_ = nullptr;  // of the surface
-  Flow flow_;                               // that has moved it since
-  std::size_t remeshes_ = 0;                // each of which adds an error of its own
+  const Provenance* provenance_;  // of the surface
+  Flow flow_;                     // that has moved it since
+  std::size_t remeshes_ = 0;      // each of which adds an error of its own
 };
 
 // Calls a function, and names the stroke's line in the message of an InvalidInput or RemeshLimit that it throws.

@@ -381,24 +381,36 @@ void Document::count_poor_triangles() {
   if (shown_.poor_triangles * kFewOf < deformed) shown_.poor_triangles = 0;
 }
 
+// A stroke that took long is not applied again for this.
+void Document::find_coarse(Progress& progress) {
+  constexpr double kMissed = 0.25;
+  constexpr double kMaxSeconds = 1;
+  const std::vector<std::shared_ptr<const HistoryEntry>> done = history_->done();
+  if (done.empty() || done.back()->seconds > kMaxSeconds) return;
+  shown_.is_coarse = history_->missed_motion(&progress) > kMissed;
+  if (shown_.is_coarse) show();
+}
+
 void Document::when_idle(Progress& progress) {
   if (!history_) return;
   if (!picker_is_stale_ && history_->is_settled()) return measure_large_volume();
   guarded(Subject::other, [&] {
-    if (picker_is_stale_) get_ready();
+    if (picker_is_stale_) get_ready(progress);
     const bool was_settled = history_->is_settled();
-    if (settle(progress) && !was_settled) get_ready();
+    if (settle(progress) && !was_settled) get_ready(progress);
   });
 }
 
-void Document::get_ready() {
+void Document::get_ready(Progress& progress) {
   picker_is_stale_ = false;
   history_->prepare();
   measure_volume();
   count_poor_triangles();
+  shown_.is_coarse = false;
   if (journal_) journal_->sync();
   shown_.picker = pickers_.make(history_->state(), met_faces(shown_.objects, history_->state()));
   show();
+  find_coarse(progress);
 }
 
 void Document::count_crossings(Progress& progress) {

@@ -70,6 +70,7 @@ struct DocumentState {
   // kStrongStretch times, with an angle below 5 degrees, or inclined by more than 30 degrees to the normal at a corner.
   // 0 if they are fewer than 1 in 500 of the triangles that it touched.
   std::size_t poor_triangles = 0;
+  bool is_coarse = false;  // the triangles are too large for the last entry, which was not remeshed
 };
 
 // Returns Studio's word for a key of a session.
@@ -221,7 +222,7 @@ class Document {
   void end_gesture(Progress& progress);
   void arrange(const LayerChange& change, bool is_step, Progress& progress);
   bool settle(Progress& progress);
-  void get_ready();
+  void get_ready(Progress& progress);
   void journal(const LineChange& now);
   void tell_warnings(const HistoryEntry& entry) const;
   void show();
@@ -229,6 +230,7 @@ class Document {
   void measure_volume();
   void measure_large_volume();
   void count_poor_triangles();
+  void find_coarse(Progress& progress);
   bool guarded(Subject subject, const std::function<void()>& work) const;
   bool guarded(const std::function<void()>& work) const { return guarded(Subject::strokes, work); }
   std::filesystem::path stamp_folder() const;

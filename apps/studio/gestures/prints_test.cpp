@@ -45,7 +45,7 @@ constexpr const char* kPrint = R"({"tool": "print"}
 )";
 
 TEST_F(PrintsTest, ATextIsRaisedWhereTheDragEndsAndPressedInWithCtrl) {
-  if (font_names().empty())
+  if (font_files().empty())
     GTEST_SKIP() << "this system has no font in the usual folders; install one, such as fonts-dejavu-core";
   Studio studio(options());
   run(studio, ball(40962) + R"({"set": {"remesh": false}}

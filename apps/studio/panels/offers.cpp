@@ -107,9 +107,12 @@ float draw_offer(const Studio& studio, const Gui& gui, const std::string& what, 
 }
 
 float draw_remesh_offer(Studio& studio, const Gui& gui) {
-  const std::size_t count = studio.document().shown().poor_triangles;
-  const char* const end = count == 1 ? "" : "s";
-  return draw_offer(studio, gui, fmt::format("The last stroke made {} triangle{} thin or angular.", count, end), [&] {
+  const DocumentState& shown = studio.document().shown();
+  const std::size_t count = shown.poor_triangles;
+  const std::string what = shown.is_coarse ? "The triangles are too large to show the last stroke."
+                           : count == 1    ? "The last stroke made 1 triangle thin or angular."
+                                           : fmt::format("The last stroke made {} triangles thin or angular.", count);
+  return draw_offer(studio, gui, what, [&] {
     if (ImGui::Button("Remesh")) studio.perform(Action::remesh_last);
     help_on_hover("Applies the last stroke again and remeshes what it moved.");
     ImGui::SameLine();
@@ -151,7 +154,7 @@ float draw_offers(Studio& studio, const Gui& gui) {
     if (is_lattice) return draw_offer(studio, gui, in_words(last.notes.shortfall), [] {});
     return draw_pose_offer(studio, gui, last.notes);
   }
-  return shown.poor_triangles > 0 ? draw_remesh_offer(studio, gui) : 0;
+  return shown.is_coarse || shown.poor_triangles > 0 ? draw_remesh_offer(studio, gui) : 0;
 }
 
 }  // namespace

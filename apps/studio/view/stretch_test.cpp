@@ -183,6 +183,29 @@ TEST_F(StretchTest, OffersToRemeshWhatTheLastStrokeMadeThin) {
   }
 }
 
+// In the middle of faces nothing would be seen, and nothing is made poor.
+TEST_F(StretchTest, OffersToRemeshWhereTheTrianglesAreTooLarge) {
+  for (const int vertices : {42, 40962}) {
+    Studio studio(options());
+    run(studio, ball(vertices) + R"({"tool": "move"}
+{"set": {"radius": 0.2, "remesh": false}}
+{"drag": [[0.3, 0.3, 0.88], [0.3, 0.3, 1.05]], "steps": 4})");
+    EXPECT_EQ(errors(studio), "");
+    ASSERT_EQ(studio.document().shown().history.size(), 1U);
+    EXPECT_EQ(studio.document().shown().is_coarse, vertices == 42);
+    run(studio, R"({"key": "Shift+R"})");
+    EXPECT_FALSE(studio.document().shown().is_coarse);
+    if (vertices == 42) {
+      EXPECT_GT(positions(studio).size(), 80U);
+    }
+    run(studio, R"({"key": "Ctrl+Z"})");
+    EXPECT_EQ(studio.document().shown().is_coarse, vertices == 42) << "as it was before";
+    run(studio, R"({"key": "Ctrl+Z"})");
+    EXPECT_FALSE(studio.document().shown().is_coarse) << "there is no stroke";
+    studio.document().close();
+  }
+}
+
 TEST_F(StretchTest, OffersToRemeshWhatIsFinerThanTheTriangles) {
   const auto painted = [&](int vertices, double depth) {
     Studio studio(options());

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -132,8 +133,8 @@ using PlaneLine = std::array<std::array<double, 2>, 2>;
 // to the folder. Throws InvalidInput as a replay of the print.
 std::vector<PlaneLine> print_outline(const PrintStroke& stroke, const std::filesystem::path& folder);
 
-// Returns the names of the fonts in this system's usual folders, as a print takes them, sorted.
-std::vector<std::string> font_names();
+// Returns the fonts in this system's usual folders: their names, as a print takes them, and their files.
+std::map<std::string, std::filesystem::path> font_files();
 
 // The extensions, in lower case, of the pictures that a print reads; its other files are meshes.
 inline constexpr std::array<std::string_view, 5> kPictureExtensions{".png", ".jpg", ".jpeg", ".pgm", ".ppm"};

@@ -167,6 +167,12 @@ class Workbench {
   // joined.
   std::vector<SessionStroke> strokes() const;
 
+  // Returns how much of the motion of the last entry its faces miss because they are too large: the greatest distance
+  // of a point of the exact image from them, divided by the greatest motion of such a point. 0 for an entry that was
+  // remeshed, that moved points alone, or whose distance is below 0.001 of the shape's size; also if there is no entry,
+  // during a gesture, if the state before is not kept, and if it was cancelled. Time: that of applying the entry.
+  double missed_motion(Progress* progress = nullptr) const;
+
   // Limits the memory of the states that are kept for undo. Above the limit, drops states: first every second one of
   // those farther than a hundred entries from the present, then nearer ones. The present state always stays. When undo,
   // redo or state_after() needs a dropped state, it is computed again, with the same bits, from the kept one before it;
