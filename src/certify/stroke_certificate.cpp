@@ -156,7 +156,8 @@ Flow for_members(Flow flow) {
   return flow;
 }
 
-StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length) {
+StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length,
+                          std::size_t max_points) {
   if (stroke.relax != nullptr) {
     StrokeCertificate relaxed{0, moved_beside(stroke), {}};
     relaxed.distance.line = stroke.line;
@@ -164,7 +165,7 @@ StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& opti
   }
   const std::vector<bool> moved = moved_vertices(stroke);
   StrokeCertificate result{0, motion_outside(stroke, options.part.direction == Direction::backwards),
-                           distance_of(stroke, moved, options, length)};
+                           distance_of(stroke, moved, options, length, max_points)};
   add_drift(stroke, drifts_of(stroke, moved, options, length), result);
   return result;
 }
