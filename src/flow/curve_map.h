@@ -45,9 +45,9 @@ class CurveTable {
   // The frame at an end: beyond it the surroundings are rigid, but for its stretch.
   struct End {
     Vec3<S> place;
-    std::array<Vec3<S>, 3> frame;   // with the twist
-    S along{1};                     // what lengths become beyond it
-    std::array<S, 2> narrow{1, 1};  // what the coordinates across are divided by
+    std::array<Vec3<S>, 3> frame;         // with the twist
+    S along = S(1);                       // what lengths become beyond it
+    std::array<S, 2> narrow{S(1), S(1)};  // what the coordinates across are divided by
     friend bool operator==(const End&, const End&) = default;
   };
   const End& end(bool last) const { return ends_[last ? 1 : 0]; }
