@@ -181,7 +181,7 @@ bool says_one_line(const DeformOptions& options) {
 
 // One line names no distance, so that a part of the points is enough to refine what is far from the exact image.
 std::size_t points_measured(const DeformOptions& options) {
-  constexpr std::size_t kMaxPointsOfLine = 20'000;
+  constexpr std::size_t kMaxPointsOfLine = 5'000;
   return says_one_line(options) && !options.require ? kMaxPointsOfLine : std::numeric_limits<std::size_t>::max();
 }
 
