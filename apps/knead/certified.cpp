@@ -57,8 +57,8 @@ void refine(const Complaints& complaints, Certified& certified) {
   for (SessionStroke& stroke : certified.session.strokes) refine(complaints, stroke.remesh);
 }
 
-void certify(const Mesh& mesh, bool quiet, Certified& certified) {
-  CertificateBuilder builder(mesh, certified.options);
+void certify(const Mesh& mesh, bool quiet, std::size_t max_points, Certified& certified) {
+  CertificateBuilder builder(mesh, certified.options, max_points);
   ReplayOptions watched = certified.options;
   watched.on_stroke = [&](const AppliedStroke& stroke) { builder.add(stroke); };
   certified.result = replay_watched(mesh, certified.session, watched, quiet);
@@ -316,13 +316,13 @@ Requirement parse_requirement(std::string_view item, bool has_before) {
 }  // namespace
 
 Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
-                           const std::vector<Bound>& asked, bool quiet) {
+                           const std::vector<Bound>& asked, bool quiet, std::size_t max_points) {
   const std::vector<Bound> bounds =
       check || !asked.empty() ? with_distance(asked, inputs, options) : std::vector<Bound>{};
   Certified certified{{}, {}, options, inputs.session};
   if (bounds.empty()) {
     if (check) {
-      certify(inputs.mesh(), quiet, certified);
+      certify(inputs.mesh(), quiet, max_points, certified);
     } else {
       certified.result = replay_watched(inputs.mesh(), inputs.session, options, quiet);
     }
@@ -331,7 +331,7 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
   certified.options.frames.count = 0;
   std::optional<std::size_t> crossings;  // of the attempt before
   for (int refinements = 0;; ++refinements) {
-    certify(inputs.mesh(), quiet || refinements > 0, certified);
+    certify(inputs.mesh(), quiet || refinements > 0, max_points, certified);
     const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
     if (!complaints) break;
     if (complaints->beyond_remeshing) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));

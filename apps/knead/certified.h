@@ -2,6 +2,7 @@
 // bounds of --require.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,9 +55,10 @@ struct Certified {
 // rounds (min-angle). Throws QualityError if a bound is still not met. With bounds, delivers frames only after all are
 // met. Without a bound on distances of its own, and with options.must_follow, a remeshed result is bounded to 1e-3 of
 // the size from the exact image. options.remesh.single_precision: the result is written, and so certified, with
-// positions rounded to float.
+// positions rounded to float. `max_points`: as CertificateBuilder.
 Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
-                           const std::vector<Bound>& asked, bool quiet);
+                           const std::vector<Bound>& asked, bool quiet,
+                           std::size_t max_points = std::numeric_limits<std::size_t>::max());
 
 // Returns the certificate as one line of text.
 std::string line_of(const Certificate& certificate);

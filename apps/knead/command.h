@@ -109,6 +109,7 @@ Subcommand deform_command();
 Subcommand bend_command();
 Subcommand twist_command();
 Subcommand stretch_command();
+Subcommand taper_command();
 Subcommand wrap_command();
 Subcommand print_command();
 Subcommand lattice_command();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -174,9 +175,18 @@ std::string frames_line(const DeformOptions& options, const Target& target) {
                                : fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
 }
 
+bool says_one_line(const DeformOptions& options) {
+  return options.is_brief && !options.common.json && options.report.empty();
+}
+
+// One line names no distance, so that a part of the points is enough to refine what is far from the exact image.
+std::size_t points_measured(const DeformOptions& options) {
+  constexpr std::size_t kMaxPointsOfLine = 5'000;
+  return says_one_line(options) && !options.require ? kMaxPointsOfLine : std::numeric_limits<std::size_t>::max();
+}
+
 void say(const DeformOptions& options, const Target& target, const Session& session, const Report& report) {
-  const bool is_plain = !options.common.quiet && !options.common.json && options.report.empty();
-  if (options.is_brief && is_plain) return print(brief(target.last_path(), session, report));
+  if (says_one_line(options) && !options.common.quiet) return print(brief(target.last_path(), session, report));
   print_report(options, target.last_path(), frames_line(options, target), report);
 }
 
@@ -304,7 +314,7 @@ void run_deform(const DeformOptions& options) {
   };
   if (options.frames.frames) replay.frames.deliver = write;
   const Clock deforming;
-  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
+  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet, points_measured(options));
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames.frames) write({0, certified.result.shape});
   if (!target.is_animation() && !is_stream(target.path(0))) {

@@ -73,9 +73,9 @@ Subcommand studio_command() {
 int main(int argc, char** argv) {
   using namespace knead::command;
   const std::vector<std::string> words(argv + std::min(argc, 2), argv + argc);  // after the name of the subcommand
-  return run_program(
-      argc, argv,
-      {deform_command(), bend_command(), twist_command(), stretch_command(), wrap_command(), print_command(),
-       lattice_command(), resolve_command(), fit_command(), skin_command(), info_command(), check_command(),
-       make_command(), remesh_command(), refine_command(), render_command(), bench_command(words), studio_command()});
+  return run_program(argc, argv,
+                     {deform_command(), bend_command(), twist_command(), stretch_command(), taper_command(),
+                      wrap_command(), print_command(), lattice_command(), resolve_command(), fit_command(),
+                      skin_command(), info_command(), check_command(), make_command(), remesh_command(),
+                      refine_command(), render_command(), bench_command(words), studio_command()});
 }

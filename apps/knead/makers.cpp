@@ -1,6 +1,7 @@
-// knead bend, twist, stretch and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers; knead
-// print and knead lattice: one of the tools "print" and "lattice". They take the options of `knead deform`, too.
+// knead bend, twist, stretch, taper and wrap: one stroke of the tool "curve" for a whole solid, from a few numbers;
+// knead print and knead lattice: one of the tools "print" and "lattice". They take the options of `knead deform`, too.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -25,19 +26,22 @@ namespace {
 
 constexpr double kChord = 1e-4;  // of the shape's size: the error of faces that are refined
 
-// The words of the four commands; what is not given is placed by the shape's box.
+// The words of the five commands; what is not given is placed by the shape's box.
 struct MakerOptions {
   DeformOptions deform;
   std::optional<double> angle;
   std::optional<double> around;
   std::optional<double> twist;
   std::optional<double> longer_by;
+  std::optional<double> thicker_by;
+  std::optional<double> thickness;
   std::optional<std::string> axis;
   std::optional<std::string> along;  // a table of points
   std::optional<std::string> from;
   bool fits = false;
   bool keeps_faces = false;
-  bool keeps_thickness = false;
+  bool tapers = false;
+  std::string keep;
   std::string fixed;
 };
 
@@ -72,13 +76,14 @@ std::string option_of(const std::string& quoted, const MakerOptions& options) {
   if (key == "angle_deg" || (key == "twist_deg" && is_twist)) return "--angle";
   if (key == "twist_deg") return "--twist";
   if (key == "longer_by") return "--by";
+  if (key == "thicker_by") return "--thicker";
   if (key == "around") return "--radius";
   if (key == "to") return "--along";
   if (key == "point") return "--at";
   if (key == "displacements") return "--file";
-  constexpr std::array<std::string_view, 15> kSame{"mode", "axis",      "from", "fixed",  "keep",
-                                                   "text", "font",      "file", "height", "depth",
-                                                   "up",   "direction", "bump", "outer",  "flip"};
+  constexpr std::array<std::string_view, 16> kSame{"mode",      "axis", "from",  "fixed",  "keep",  "thickness",
+                                                   "text",      "font", "file",  "height", "depth", "up",
+                                                   "direction", "bump", "outer", "flip"};
   return std::find(kSame.begin(), kSame.end(), key) == kSame.end() ? quoted : "--" + key;
 }
 
@@ -121,10 +126,13 @@ void run_maker(MakerOptions& options) {
   if (options.around) add("around", *options.around);
   if (options.twist) add("twist_deg", *options.twist);
   if (options.longer_by) add("longer_by", *options.longer_by);
+  if (options.thicker_by) add("thicker_by", *options.thicker_by);
+  if (options.thickness) add("thickness", *options.thickness);
+  if (options.tapers) add("taper", true);
   if (options.axis) add("axis", axis_numbers(*options.axis));
   if (options.from) add("from", *options.from);
   if (options.fits) add("length", "fit");
-  if (options.keeps_thickness) add("keep", "thickness");
+  if (!options.keep.empty()) add("keep", options.keep);
   if (!options.fixed.empty()) add("fixed", options.fixed);
   if (options.along) {
     std::string to;
@@ -153,22 +161,23 @@ std::vector<Option> with_common(MakerOptions& options, std::vector<Option> own) 
   own.push_back({"--from", &options.from,
                  "The line through the shape, as two or more points x,y,z;x,y,z (default: the longest axis of its box)",
                  "POINTS"});
+  const std::vector<std::string> places{"start", "middle", "end"};
+  const std::size_t fixed = options.fixed.empty() ? 1 : 0;
   own.push_back({"--fixed",
-                 WordTarget{{"start", "middle", "end"},
-                            1,
-                            [&options](std::size_t word) {
-                              options.fixed = std::vector<std::string>{"start", "middle", "end"}[word];
-                            }},
-                 "The place of the line that stays (default: middle)", "start|middle|end"});
+                 WordTarget{places, fixed, [&options, places](std::size_t word) { options.fixed = places[word]; }},
+                 "The place of the line that stays (default: " + places[fixed] + ")", "start|middle|end"});
   return with_deform(options, std::move(own));
 }
 
+Option keep_option(MakerOptions& options, const std::vector<std::string>& words, std::string help) {
+  return {"--keep", WordTarget{words, 0, [&options, words](std::size_t word) { options.keep = words[word]; }},
+          std::move(help) + " (default: volume)", fmt::format("{}", fmt::join(words, "|"))};
+}
+
 Option keep_option(MakerOptions& options) {
-  return {"--keep",
-          WordTarget{{"volume", "thickness"}, 0, [&options](std::size_t word) { options.keeps_thickness = word == 1; }},
-          "What stays: the volume of every piece, or the distances from the line, so that reliefs keep their height "
-          "(default: volume)",
-          "volume|thickness"};
+  return keep_option(options, {"volume", "thickness"},
+                     "What stays: the volume of every piece, or the distances from the line, so that reliefs keep "
+                     "their height");
 }
 
 Option axis_option(MakerOptions& options, std::string help) {
@@ -283,17 +292,61 @@ Subcommand twist_command() {
           [options] { run_maker(*options); }};
 }
 
+Option thicker_option(MakerOptions& options) {
+  return {"--thicker", &options.thicker_by, "How much thicker it becomes across the line, below 0: thinner", "LENGTH"};
+}
+
+Option thickness_option(MakerOptions& options) {
+  return {"--thickness", &options.thickness, "How thick it becomes: the least width across the line", "LENGTH"};
+}
+
+Option only_axis_option(MakerOptions& options) {
+  return axis_option(options, "The only direction in which it becomes thicker (default: all across the line)");
+}
+
+// One of the lengths that a command takes.
+void require_one_length(const MakerOptions& options, const char* usage) {
+  const int given = static_cast<int>(options.longer_by.has_value()) + static_cast<int>(options.thicker_by.has_value()) +
+                    static_cast<int>(options.thickness.has_value());
+  if (given != 1) throw UsageError(usage);
+}
+
 Subcommand stretch_command() {
   const auto options = std::make_shared<MakerOptions>();
   std::vector<Option> own{
-      {"--by", &options->longer_by, "How much longer the shape becomes, in its unit; below 0: shorter", "LENGTH",
-       OptionKind::required},
-      keep_option(*options)};
-  return {"stretch", "Make a whole solid longer or shorter by a length; volume or thickness stays",
+      {"--by", &options->longer_by, "How much longer the shape becomes, in its unit; below 0: shorter", "LENGTH"},
+      thicker_option(*options),
+      thickness_option(*options),
+      only_axis_option(*options),
+      keep_option(*options, {"volume", "thickness", "length"},
+                  "What stays: the volume of every piece; with --by the thickness, with --thicker the length")};
+  return {"stretch", "Make a whole solid, or a part, longer, shorter, thicker or thinner by a length",
           with_common(*options, std::move(own)),
           "  knead stretch handle.stl --by 10 --keep thickness -o longer.stl\n"
-          "  knead stretch arm.stl --by 10 --from '20,0,0;60,0,0' --fixed start --keep thickness -o arm10.stl",
-          [options] { run_maker(*options); }};
+          "  knead stretch arm.stl --by 10 --from '20,0,0;60,0,0' --fixed start --keep thickness -o arm10.stl\n"
+          "  knead stretch rod.stl --thicker 2 --from '20,0,0;60,0,0' --keep length -o grip.stl",
+          [options] {
+            require_one_length(*options, "give --by LENGTH, --thicker LENGTH or --thickness LENGTH");
+            run_maker(*options);
+          }};
+}
+
+Subcommand taper_command() {
+  const auto options = std::make_shared<MakerOptions>();
+  options->tapers = true;
+  options->fixed = "start";
+  std::vector<Option> own{
+      thicker_option(*options), thickness_option(*options), only_axis_option(*options),
+      keep_option(*options, {"volume", "length"}, "What stays: the volume of every piece, or lengths along the line")};
+  return {"taper", "Make the end of a solid thicker or thinner, gradually from one point to another",
+          with_common(*options, std::move(own)),
+          "  knead taper bar.stl --thickness 6 -o pin.stl\n"
+          "  knead taper bar.stl --thickness 6 --from '80,0,0;100,0,0' --keep length -o tip.stl\n"
+          "  knead taper leg.stl --thicker 4 --from '0,0,20;0,0,5' --axis x -o foot.stl",
+          [options] {
+            require_one_length(*options, "give --thicker LENGTH or --thickness LENGTH");
+            run_maker(*options);
+          }};
 }
 
 Subcommand wrap_command() {

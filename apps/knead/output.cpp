@@ -126,7 +126,10 @@ std::string counted(std::size_t count, std::string_view noun) {
 }
 
 void print_notes(std::span<const std::string> notes) {
-  for (const std::string& note : notes) print_message("note: " + note);
+  constexpr std::string_view kStroke = "--stroke: ";  // the place of a stroke that no file has
+  for (const std::string& note : notes) {
+    print_message("note: " + note.substr(note.starts_with(kStroke) ? kStroke.size() : 0));
+  }
 }
 
 std::string require_extension(const fs::path& path, std::span<const std::string_view> extensions) {

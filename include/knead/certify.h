@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -121,8 +122,10 @@ struct Certificate {
 // Follows a replay to certify its result: pass every ReplayOptions::on_stroke to add(), in order.
 class CertificateBuilder {
  public:
-  // The mesh and the options are those of the replay, and must outlive the builder. Throws as replay().
-  CertificateBuilder(const Mesh& mesh, const ReplayOptions& options);
+  // The mesh and the options are those of the replay, and must outlive the builder. `max_points`: of more points that
+  // moved, the distances are those of about so many, evenly chosen. Throws as replay().
+  CertificateBuilder(const Mesh& mesh, const ReplayOptions& options,
+                     std::size_t max_points = std::numeric_limits<std::size_t>::max());
 
   // Adds a stroke. Takes about six times as long as the stroke in double precision, plus a search for the nearest point
   // of the surface for each vertex and face that moved.
@@ -134,6 +137,7 @@ class CertificateBuilder {
  private:
   const Mesh& mesh_;
   const ReplayOptions& options_;
+  std::size_t max_points_;
   double length_;  // tolerance and distances are relative to it
   double drift_ = 0;
   std::optional<double> det_least_;

@@ -58,6 +58,8 @@ struct CurveNode {
 // in closed form (docs/mathematics.md, "Curves"). The values of the nodes are the coefficients of uniform cubic
 // B-splines that are 0 at both ends: node i lies at (i + 2) spacing(). They change linearly from t = 0 to t = 1. The
 // frame of the curve never turns about its tangent (rotation minimising); beyond both ends the curve is straight.
+// A stretch e = 1 + `stretch` takes lengths along the curve to e times them, and both coordinates across to
+// e^(-1/2) times them, or the second one alone to 1 / e times it.
 struct CurveMotion {
   double length = 0;            // of the curve at t = 0, above 0
   SharedList<CurveNode> nodes;  // at least 1
@@ -71,6 +73,9 @@ struct CurveMotion {
   // nearest place in it. The interval may extend onto the straight lines beyond the ends.
   std::array<double, 2> part{-kInfinity, kInfinity};
   bool keeps_thickness = false;  // keeps distances across the curve, and changes the volume
+  bool keeps_length = false;     // keeps lengths along the curve, and changes the volume
+  bool one_across = false;       // only the second coordinate across the curve changes with the stretch
+  double end_stretch = 0;        // the stretch at the last end and beyond it, where it is 0 for most curves
 
   // Returns whether there are no nodes, so that nothing moves.
   bool is_empty() const { return nodes.empty(); }

@@ -253,23 +253,30 @@ enum class CurveFixed { middle, start, end };
 
 // The measure of a curve's surroundings that does not change. volume: that of every piece, exactly; the outer side of a
 // bend grows thinner. thickness: distances from the curve across it, so that walls and reliefs keep their height; the
-// volume changes: det J = 1 - (curvature vector) . (place across the curve).
-enum class CurveKeeps { volume, thickness };
+// volume changes: det J = 1 - (curvature vector) . (place across the curve). length: lengths along the curve, while the
+// thickness changes, and the volume with it.
+enum class CurveKeeps { volume, thickness, length };
 
 // Curve: a line through the shape becomes another curve, and the shape follows; the volume is kept exactly
 // (docs/mathematics.md, "Curves"), or the thickness. The line is straight or smooth through its points, and straight
 // beyond its ends. It becomes the curve through the points of `to`; or an arc: bent by an angle about an axis, or
-// around a cylinder; and it is twisted.
+// around a cylinder; and it is twisted. Or the shape gets thicker or thinner across the line.
 struct CurveStroke {
   std::vector<Vec3d> from;                         // 2 or more points; empty: the longest axis of the shape's box
   std::vector<Vec3d> to;                           // 2 or more points; or empty
   std::optional<double> angle_deg = std::nullopt;  // of the arc, counterclockwise seen from the tip of the axis
   std::optional<double> around = std::nullopt;     // the arc's radius; below 0: clockwise
-  std::optional<Vec3d> axis = std::nullopt;        // of both: any length but 0; across the line
+  std::optional<Vec3d> axis = std::nullopt;        // of both: any length but 0; across the line. Of a thickness: the
+                                                   // only direction in which it changes
   double twist_deg = 0;                            // turn of the end relative to the start, counterclockwise seen from
                                                    // the end
   double longer_by = 0;                            // the line keeps its direction and grows by this length
-  CurveLength length = CurveLength::keep;          // of `to`
+  double thicker_by = 0;                           // the shape grows across the line by this length; or
+  std::optional<double> thickness = std::nullopt;  // becomes so thick there
+  std::optional<double> thickness_before = std::nullopt;  // what it was; left out: measured on the shape
+  bool taper = false;  // the thickness changes from the line's start to its end, and all beyond keeps the new one;
+                       // else the shape gets thicker between the ends
+  CurveLength length = CurveLength::keep;  // of `to`
   CurveFixed fixed = CurveFixed::middle;
   CurveKeeps keep = CurveKeeps::volume;
   std::optional<double> radius = std::nullopt;  // only points nearer to the line move; else everything

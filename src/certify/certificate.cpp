@@ -259,13 +259,13 @@ std::optional<double> outer_that_fits(const Session& session, const Cells& cells
 
 }  // namespace
 
-CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& options)
-    : mesh_(mesh), options_(options), length_(reference_length(mesh)) {
+CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& options, std::size_t max_points)
+    : mesh_(mesh), options_(options), max_points_(max_points), length_(reference_length(mesh)) {
   advect_options(options.motion, length_);
 }
 
 void CertificateBuilder::add(const AppliedStroke& stroke) {
-  const detail::StrokeCertificate certified = detail::certify(stroke, options_, length_);
+  const detail::StrokeCertificate certified = detail::certify(stroke, options_, length_, max_points_);
   drift_ += certified.drift;
   if (certified.det_least) {
     det_least_ = std::min(*certified.det_least, det_least_.value_or(*certified.det_least));

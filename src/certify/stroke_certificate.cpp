@@ -78,6 +78,25 @@ double motion_outside(const AppliedStroke& stroke, bool inverse) {
   return greatest;
 }
 
+bool changes_volume_on_purpose(const AppliedStroke& stroke) {
+  return std::any_of(stroke.flow.segments.begin(), stroke.flow.segments.end(),
+                     [](const Segment& segment) { return changes_volume(segment); });
+}
+
+// Returns the inverse images of moved vertices that are new, of at most `count`, evenly chosen.
+std::vector<Vec3d> sources_of_new(const AppliedStroke& stroke, const std::vector<bool>& moved, std::size_t count,
+                                  const AdvectOptions& integration) {
+  std::vector<Vec3d> places;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (moved[i] && source_of(stroke, i) == nullptr) places.push_back(stroke.after.positions()[i]);
+  }
+  const std::size_t all = places.size();
+  for (std::size_t i = 0; i < std::min(count, all); ++i) places[i] = places[i * all / std::min(count, all)];
+  places.resize(std::min(count, all));
+  if (advect(inverse(for_members(stroke.flow)), places, integration).status != AdvectStatus::done) return {};
+  return places;
+}
+
 // Returns det J - 1 at vertices that the stroke moves.
 std::vector<double> drifts_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
                               double length) {
@@ -88,13 +107,18 @@ std::vector<double> drifts_of(const AppliedStroke& stroke, const std::vector<boo
   }
   const std::size_t wanted =
       std::clamp(kDriftSegments / std::max<std::size_t>(stroke.flow.segments.size(), 1), kMinDrifts, kMaxDrifts);
-  const std::size_t count = std::min(points.size(), wanted);
   AdvectOptions integration;
   integration.tolerance = advect_options(options.motion, length).tolerance;
   integration.integrator = options.motion.integrator;
   const Flow flow = for_members(stroke.flow);
   integration.threads = options.motion.threads;
   integration.progress = options.progress;
+  // Of coarse faces the new vertices show what is between the corners.
+  if (changes_volume_on_purpose(stroke) && points.size() < wanted) {
+    const std::vector<Vec3d> more = sources_of_new(stroke, moved, wanted - points.size(), integration);
+    points.insert(points.end(), more.begin(), more.end());
+  }
+  const std::size_t count = std::min(points.size(), wanted);
   std::vector<Vec3d> sample;
   for (std::size_t i = 0; i < count; ++i) sample.push_back(points[i * points.size() / count]);
   std::vector<double> drifts = volume_drifts(flow, sample, integration);
@@ -104,8 +128,7 @@ std::vector<double> drifts_of(const AppliedStroke& stroke, const std::vector<boo
 
 void add_drift(const AppliedStroke& stroke, const std::vector<double>& drifts, StrokeCertificate& certificate) {
   if (drifts.empty()) return;
-  const std::vector<Segment>& segments = stroke.flow.segments;
-  if (std::any_of(segments.begin(), segments.end(), changes_volume)) {
+  if (changes_volume_on_purpose(stroke)) {
     const auto [least, greatest] = std::minmax_element(drifts.begin(), drifts.end());
     certificate.det_least = 1 + *least;
     certificate.det_greatest = 1 + *greatest;
@@ -156,7 +179,8 @@ Flow for_members(Flow flow) {
   return flow;
 }
 
-StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length) {
+StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length,
+                          std::size_t max_points) {
   if (stroke.relax != nullptr) {
     StrokeCertificate relaxed{0, moved_beside(stroke), {}};
     relaxed.distance.line = stroke.line;
@@ -164,7 +188,7 @@ StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& opti
   }
   const std::vector<bool> moved = moved_vertices(stroke);
   StrokeCertificate result{0, motion_outside(stroke, options.part.direction == Direction::backwards),
-                           distance_of(stroke, moved, options, length)};
+                           distance_of(stroke, moved, options, length, max_points)};
   add_drift(stroke, drifts_of(stroke, moved, options, length), result);
   return result;
 }

@@ -19,8 +19,10 @@ struct StrokeCertificate {
 };
 
 // Returns the certificate of a stroke. `length`: the reference length of the input; tolerance and distances are
-// relative to it. Throws InvalidInput if the result cannot be carried back (a path line runs to infinity).
-StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length);
+// relative to it. `max_points`: as CertificateBuilder. Throws InvalidInput if the result cannot be carried back (a path
+// line runs to infinity).
+StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length,
+                          std::size_t max_points);
 
 // Returns the flow without its limit cylinders, which moves the points that the flow moves in the same way. The limit
 // cylinders of a sum stay: they decide which parts of the sum move a point.
@@ -29,7 +31,7 @@ Flow for_members(Flow flow);
 // Returns the distance of a stroke's result from the exact image. `moved`: a flag for each vertex after the stroke that
 // is known to have moved. Throws as certify().
 StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
-                           double length);
+                           double length, std::size_t max_points);
 
 // Returns by how many the triangles that oppose the normals of their vertices are more in the mesh after than in the
 // mesh before; 0 for fewer. Ignores triangles at edges of more than two faces, where normals are meaningless.

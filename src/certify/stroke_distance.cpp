@@ -47,6 +47,7 @@ struct Work {
   const AppliedStroke& stroke;
   const ReplayOptions& options;
   double length;
+  std::size_t max_points;
 
   const DeformedShape& before() const { return stroke.before; }
   const DeformedShape& after() const { return stroke.after; }
@@ -143,7 +144,10 @@ std::vector<Probe> find_probes(const Work& work, const std::vector<bool>& moved)
     probes.insert(probes.end(), part.begin(), part.end());
     part = {};
   }
-  return probes;
+  if (probes.size() <= work.max_points) return probes;
+  std::vector<Probe> chosen;
+  for (std::size_t i = 0; i < work.max_points; ++i) chosen.push_back(probes[i * probes.size() / work.max_points]);
+  return chosen;
 }
 
 // Returns the probes that moved, with their inverse images.
@@ -282,11 +286,11 @@ std::vector<double> distances_after(const Work& work, const std::vector<Probe>& 
 }  // namespace
 
 StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
-                           double length) {
+                           double length, std::size_t max_points) {
   StrokeDistance result;
   result.line = stroke.line;
   if (stroke.before.triangles().empty()) return result;
-  const Work work{stroke, options, length};
+  const Work work{stroke, options, length, max_points};
   const std::vector<Probe> probes = inverse_image(work, moved);
   result.points = probes.size();
   if (probes.empty()) return result;

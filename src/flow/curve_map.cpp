@@ -84,7 +84,12 @@ SinCos<DualOf<T, G>> sincos_of(const DualOf<T, G>& x) {
 
 template <class S>
 CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time)
-    : length_(curve.length), keeps_thickness_(curve.keeps_thickness), part_(curve.part) {
+    : length_(curve.length),
+      stretches_(curve.end_stretch != 0),
+      keeps_thickness_(curve.keeps_thickness),
+      keeps_length_(curve.keeps_length),
+      one_across_(curve.one_across),
+      part_(curve.part) {
   const int parts = cells_per_interval(curve);
   const int count = curve.intervals() * parts;
   per_cell_ = count / length_;
@@ -111,6 +116,11 @@ CurveTable<S>::CurveTable(const CurveMotion& curve, const S& time)
     const SinCos<S> turn = sincos_of(twist);
     at.frame = {at.frame[0], at.frame[1] * turn.cos + at.frame[2] * turn.sin,
                 at.frame[2] * turn.cos - at.frame[1] * turn.sin};
+    if (step > 0 && curve.end_stretch != 0) {
+      const S stretch = S(1) + time * S(curve.end_stretch);
+      at.along = along(stretch);
+      at.narrow = narrowing(stretch);
+    }
     ends_[step > 0 ? 1 : 0] = at;
   }
   for (std::size_t i = 0; i < cells_.size(); i += kCellsPerStation) {
@@ -130,8 +140,10 @@ void CurveTable<S>::fill_nodes(const CurveMotion& curve, const S& time, int cell
   const double h = 1 / per_cell_;
   for (int k = 0; k < 4; ++k) {
     const int node = cell / parts + k - 3;
-    if (node < 0 || node >= static_cast<int>(curve.nodes.size())) continue;
-    const CurveNode& n = curve.nodes[static_cast<std::size_t>(node)];
+    if (node < 0) continue;
+    const bool is_beyond = node >= static_cast<int>(curve.nodes.size());
+    const CurveNode n =
+        is_beyond ? CurveNode{{}, {}, 0, curve.end_stretch} : curve.nodes[static_cast<std::size_t>(node)];
     const std::array<double, 4>& b = kBasis[static_cast<std::size_t>(k)];
     const double powers[4] = {b[0] + f * (b[1] + f * (b[2] + f * b[3])), size * (b[1] + f * (2 * b[2] + f * 3 * b[3])),
                               size * size * (b[2] + f * 3 * b[3]), size * size * size * b[3]};
@@ -174,7 +186,7 @@ void CurveTable<S>::integrate(Cell& cell, End& border, S& twist) const {
       sum[0] += m1 * cell[j][kBend] + m2 * cell[j][kBend + 1];
       sum[1] += t * -cell[j][kBend];
       sum[2] += t * -cell[j][kBend + 1];
-      along += t * cell[j][kStretch];
+      if (j == 0 || !keeps_length_) along += t * this->along(cell[j][kStretch]);
     }
     const S share(1.0 / static_cast<double>(m + 1));
     for (std::size_t i = 0; i < 3; ++i) frame[m + 1][i] = sum[i] * share;
@@ -211,13 +223,24 @@ auto CurveTable<S>::section(const T& s) const -> Section<T> {
 
 template <class S>
 template <class T>
+std::array<T, 2> CurveTable<S>::narrowing(const T& stretch) const {
+  using std::sqrt;
+  if (keeps_thickness_) return {T(1), T(1)};
+  if (one_across_) return {T(1), stretch};
+  const T root = sqrt(stretch);
+  return {root, root};
+}
+
+template <class S>
+template <class T>
 bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   const double s = value_of(at.s);
   if (s <= 0 || s >= length_) {
     const End& end = ends_[s <= 0 ? 0 : 1];
-    const T beyond = s <= 0 ? at.s : at.s - T(length_);
-    x = Vec3<T>(end.place) + Vec3<T>(end.frame[0]) * beyond + Vec3<T>(end.frame[1]) * at.across[0] +
-        Vec3<T>(end.frame[2]) * at.across[1];
+    const T beyond = (s <= 0 ? at.s : at.s - T(length_)) * T(end.along);
+    x = Vec3<T>(end.place) + Vec3<T>(end.frame[0]) * beyond +
+        Vec3<T>(end.frame[1]) * (at.across[0] / T(end.narrow[0])) +
+        Vec3<T>(end.frame[2]) * (at.across[1] / T(end.narrow[1]));
     return true;
   }
   const Section<T> here = section<kTangent>(at.s);
@@ -230,11 +253,10 @@ bool CurveTable<S>::place(const CurvePoint<T>& at, Vec3<T>& x) const {
   }
   T k[2] = {here[kBend] * T(per_cell_), here[kBend + 1] * T(per_cell_)};
   if (stretches_) {
-    using std::sqrt;
-    const T root = keeps_thickness_ ? T(1) : sqrt(here[kStretch]);
+    const std::array<T, 2> narrow = narrowing(here[kStretch]);
     for (std::size_t i = 0; i < 2; ++i) {
-      y[i] = y[i] / root;
-      k[i] = k[i] / here[kStretch];
+      y[i] = y[i] / narrow[i];
+      k[i] = k[i] / along(here[kStretch]);
     }
   }
   const T u = k[0] * y[0] + k[1] * y[1];
@@ -313,23 +335,26 @@ double CurveTable<S>::distance_to(const Vec3d& x, double s) const {
     const Vec3d d = x - section<kFirst>(s).vector(kPlace);
     return inner(d, d) + farther * farther;
   }
-  const auto& [y1, y2] = beyond(s > 0, x).across;
+  const End& end = ends_[s > 0 ? 1 : 0];
+  const double y1 = inner(x - end.place, end.frame[1]);
+  const double y2 = inner(x - end.place, end.frame[2]);
   return y1 * y1 + y2 * y2 + farther * farther;
 }
 
 // By projection on the tangent at an end.
 template <class S>
 CurvePoint<double> CurveTable<S>::beyond(bool last, const Vec3d& x) const {
-  const auto& [place, frame] = end(last);
+  const auto& [place, frame, along, narrow] = end(last);
   const Vec3d d = x - place;
-  return {(last ? length_ : 0) + inner(d, frame[0]), {inner(d, frame[1]), inner(d, frame[2])}};
+  return {(last ? length_ : 0) + inner(d, frame[0]) / along,
+          {inner(d, frame[1]) * narrow[0], inner(d, frame[2]) * narrow[1]}};
 }
 
 template <class S>
 std::optional<double> CurveTable<S>::step_from(const Section<double>& here, const Vec3d& x) const {
   const Vec3d d = x - here.vector(kPlace);
   const double turn = here[kBend] * inner(d, here.vector(kFirst)) + here[kBend + 1] * inner(d, here.vector(kSecond));
-  const double slope = here[kStretch] - turn * per_cell_;
+  const double slope = along(here[kStretch]) - turn * per_cell_;
   if (!(slope > 0)) return std::nullopt;
   return std::clamp(inner(d, here.vector(kTangent)) / slope, -4 / per_cell_, 4 / per_cell_);
 }
@@ -374,14 +399,14 @@ auto CurveTable<S>::on_section(const Vec3d& x, double s) const -> std::optional<
   const Section<double> here = section(s);
   const Vec3d d = x - here.vector(kPlace);
   double y[2] = {inner(d, here.vector(kFirst)), inner(d, here.vector(kSecond))};
-  const double per_length = per_cell_ / here[kStretch];
+  const double per_length = per_cell_ / along(here[kStretch]);
   const double k[2] = {here[kBend] * per_length, here[kBend + 1] * per_length};
   const double u = k[0] * y[0] + k[1] * y[1];
   const double k2 = k[0] * k[0] + k[1] * k[1];
   if (!(u < (keeps_thickness_ ? 0.5 : 1))) return std::nullopt;
   const double less = !keeps_thickness_ && k2 * (y[0] * y[0] + y[1] * y[1]) > kFlat ? 0.5 * u * u / k2 : 0;
-  const double root = stretches_ && !keeps_thickness_ ? std::sqrt(here[kStretch]) : 1;
-  for (std::size_t i = 0; i < 2; ++i) y[i] = (y[i] - less * k[i]) * root;
+  const std::array<double, 2> narrow = narrowing(stretches_ ? here[kStretch] : 1.0);
+  for (std::size_t i = 0; i < 2; ++i) y[i] = (y[i] - less * k[i]) * narrow[i];
   if (!twists_) return CurvePoint<double>{s, {y[0], y[1]}};
   const SinCos<double> turn = sincos(here[kTwistAngle]);
   return CurvePoint<double>{s, {y[0] * turn.cos + y[1] * turn.sin, y[1] * turn.cos - y[0] * turn.sin}};
@@ -397,7 +422,7 @@ CurveSupport::CurveSupport(const Segment& segment)
       is_straight_(begins_straight(segment)) {
   const CurveMotion& curve = segment.curve;
   const bool is_held = curve.shift == Vec3d{0, 0, 0} && curve.turn == Vec3d{0, 0, 0};
-  rests_ = {is_held && curve.anchor == 0, is_held && curve.anchor == curve.intervals()};
+  rests_ = {is_held && curve.anchor == 0, is_held && curve.anchor == curve.intervals() && curve.end_stretch == 0};
   first_ = curve.place - tangent_ * (curve.anchor * curve.spacing());
 }
 

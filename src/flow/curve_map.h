@@ -42,10 +42,12 @@ class CurveTable {
   // The same for the straight line beyond an end, wherever x is.
   CurvePoint<double> beyond(bool last, const Vec3d& x) const;
 
-  // The frame at an end: beyond it the surroundings are rigid.
+  // The frame at an end: beyond it the surroundings are rigid, but for its stretch.
   struct End {
     Vec3<S> place;
-    std::array<Vec3<S>, 3> frame;  // with the twist
+    std::array<Vec3<S>, 3> frame;         // with the twist
+    S along = S(1);                       // what lengths become beyond it
+    std::array<S, 2> narrow{S(1), S(1)};  // what the coordinates across are divided by
     friend bool operator==(const End&, const End&) = default;
   };
   const End& end(bool last) const { return ends_[last ? 1 : 0]; }
@@ -72,6 +74,14 @@ class CurveTable {
     Vec3<T> vector(Column first) const { return {(*this)[first], (*this)[first + 1U], (*this)[first + 2U]}; }
   };
 
+  // What lengths along the curve become by a stretch, and what the coordinates across are divided by.
+  template <class T>
+  T along(const T& stretch) const {
+    return keeps_length_ ? T(1) : stretch;
+  }
+  template <class T>
+  std::array<T, 2> narrowing(const T& stretch) const;
+
   void fill_nodes(const CurveMotion& curve, const S& time, int cell, int parts, double origin, Cell& to) const;
   void integrate(Cell& cell, End& border, S& twist) const;
   template <std::size_t kCount = kColumns, class T>
@@ -96,6 +106,8 @@ class CurveTable {
   bool twists_ = false;
   bool stretches_ = false;
   bool keeps_thickness_;
+  bool keeps_length_;
+  bool one_across_;
   std::array<double, 2> part_;
   std::vector<Cell> cells_;
   std::vector<Vec3d> stations_;  // places of some cells, where the search for the nearest place begins

@@ -46,6 +46,15 @@ Segment random_curve(Random& random, double size, bool is_straight) {
   return segment;
 }
 
+// Lets the stretch go on beyond the last end, of every second curve in one direction across only.
+void stretch_to_the_end(Segment& segment, Random& random, bool one_across) {
+  segment.curve.end_stretch = random.uniform(-0.6, 2);
+  segment.curve.one_across = one_across;
+  std::vector<CurveNode> nodes(segment.curve.nodes.begin(), segment.curve.nodes.end());
+  for (CurveNode& node : nodes) node.twist = one_across ? 0 : node.twist;
+  segment.curve.nodes = SharedList<CurveNode>(std::move(nodes));
+}
+
 // Places about the curve and beyond its ends, at t = 0.
 std::vector<Vec3d> places_about(const Segment& segment, Random& random, std::size_t count) {
   const CurveTable<double> table(segment.curve, 0.0);
@@ -79,7 +88,8 @@ double size_of(int curve) { return std::pow(10.0, curve % 7 - 3); }
 TEST(CurveMap, KeepsTheVolumeExactly) {
   Random random(1);
   for (int i = 0; i < 10; ++i) {
-    const Segment segment = random_curve(random, size_of(i), i % 2 == 0);
+    Segment segment = random_curve(random, size_of(i), i % 2 == 0);
+    if (i > 4) stretch_to_the_end(segment, random, i % 4 < 2);
     const std::vector<Vec3d> places = places_about(segment, random, 10'000);
     for (const Mat3d& j : jacobians({{segment}}, places, options_of(size_of(i)))) {
       ASSERT_NEAR(determinant(j), 1, 1e-10);
@@ -93,6 +103,8 @@ TEST(CurveMap, GoesThereAndBackAlsoInParts) {
     const double size = size_of(i);
     Flow flow{{random_curve(random, size, i % 2 == 0)}};
     flow.segments[0].curve.keeps_thickness = i % 3 == 0;
+    flow.segments[0].curve.keeps_length = i % 3 == 1;
+    if (i > 4) stretch_to_the_end(flow.segments[0], random, i % 4 < 2);
     const std::vector<Vec3d> places = places_about(flow.segments[0], random, 1000);
     const std::vector<Vec3d> there = moved(flow, places, size);
     const std::vector<Vec3d> half = moved(flow_between(flow, 0, 0.4), places, size);
@@ -107,7 +119,8 @@ TEST(CurveMap, GoesThereAndBackAlsoInParts) {
 
 TEST(CurveMap, IsTheFlowOfItsVelocity) {
   Random random(3);
-  const Segment segment = random_curve(random, 1, false);
+  Segment segment = random_curve(random, 1, false);
+  stretch_to_the_end(segment, random, true);
   const std::vector<Vec3d> places = places_about(segment, random, 20);
   const std::vector<Vec3d> there = moved({{segment}}, places, 1);
   std::vector<Vec3d> x = places;
@@ -134,8 +147,10 @@ TEST(CurveMap, IsTheFlowOfItsVelocity) {
 TEST(CurveMap, HasTheJacobianOfDifferences) {
   Random random(4);
   Segment segment = random_curve(random, 1, true);
-  for (const bool keeps_thickness : {false, true}) {
-    segment.curve.keeps_thickness = keeps_thickness;
+  stretch_to_the_end(segment, random, false);
+  for (const int keeps : {0, 1, 2}) {
+    segment.curve.keeps_thickness = keeps == 1;
+    segment.curve.keeps_length = keeps == 2;
     const std::vector<Vec3d> places = places_about(segment, random, 200);
     const std::vector<Mat3d> all = jacobians({{segment}}, places, options_of(1));
     constexpr double kStep = 1e-6;

@@ -151,7 +151,9 @@ void check(const CurveMotion& curve) {
     require(std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }),
             "a curve has a number that is not finite");
     require(node.stretch > -1 && std::isfinite(node.stretch), "a curve's stretch must be above -1");
+    require(node.twist == 0 || !curve.one_across, "a curve that twists stretches alike in both directions across");
   }
+  require(curve.end_stretch > -1 && std::isfinite(curve.end_stretch), "a curve's stretch must be above -1");
 }
 
 void check(const LatticeMotion& lattice) {
@@ -302,8 +304,8 @@ Tableau make_tsitouras() {
 }  // namespace
 
 bool changes_volume(const Segment& segment) {
-  return !segment.grid.growth.empty() || segment.curve.keeps_thickness || !segment.lattice.is_empty() ||
-         std::any_of(segment.parts.begin(), segment.parts.end(), changes_volume);
+  return !segment.grid.growth.empty() || segment.curve.keeps_thickness || segment.curve.keeps_length ||
+         !segment.lattice.is_empty() || std::any_of(segment.parts.begin(), segment.parts.end(), changes_volume);
 }
 
 Vec3d displacement_of(const Segment& segment, const Field& field) {

@@ -94,6 +94,36 @@ TEST(ParseStroke, ReadsWhatALineHolds) {
   EXPECT_THROW(parse_stroke(R"({"tool": "bend")", "one"), InvalidInput);
 }
 
+// A list of one point needs no semicolon, nor a list of one curve or number.
+TEST(ParseStroke, ReadsListsOfOneFromWords) {
+  const auto same = [](const char* words, const char* json) {
+    EXPECT_EQ(parse_stroke(words, "one"), parse_stroke(json, "one")) << words;
+  };
+  const char* const one =
+      R"({"tool": "points", "points": [[0, 0, 1]], "displacements": [[0, 0, 0.1]], "inner": 0.1, "outer": 0.4})";
+  same("points points=0,0,1 displacements=0,0,0.1 inner=0.1 outer=0.4", one);
+  same("points points=0,0,1; displacements=0,0,0.1; inner=0.1 outer=0.4", one);
+  same("points points=[[0,0,1]] displacements=[[0,0,0.1]] inner=0.1 outer=0.4", one);
+  same(
+      "points curves=0,0,1;0,1,0 displacements=0,0,0.1 inner=0.1 outer=0.4",
+      R"({"tool": "points", "curves": [[[0, 0, 1], [0, 1, 0]]], "displacements": [[0, 0, 0.1]], "inner": 0.1, "outer": 0.4})");
+  same("inflate points=0,0,1 depth=0.1 radius=0.4",
+       R"({"tool": "inflate", "points": [[0, 0, 1]], "depth": 0.1, "radius": 0.4})");
+  same("paint path=0,0,1 outer=0.4 depth=0.1", R"({"tool": "paint", "path": [[0, 0, 1]], "outer": 0.4, "depth": 0.1})");
+  same("rotate center=0,0,1 axis=0,0,1 angle_deg=9 inner=0.1 outer=0.4",
+       R"({"tool": "rotate", "center": [0, 0, 1], "axis": [0, 0, 1], "angle_deg": 9, "inner": 0.1, "outer": 0.4})");
+  EXPECT_THROW(parse_stroke("points points=[0,0,1] displacements=0,0,0.1 inner=0.1 outer=0.4", "one"), InvalidInput);
+}
+
+TEST(ParseStroke, ATwistHasAnAngleOrARate) {
+  const std::string twist = "twist center=0,0,0 axis=0,0,1 inner=-0.5 outer=1 ";
+  const SessionStroke by_angle = parse_stroke(twist + "angle_deg=-90", "one");
+  EXPECT_EQ(flow_of(by_angle), flow_of(parse_stroke(twist + "rate_deg=60", "one")));
+  EXPECT_EQ(parse_stroke(stroke_line(by_angle), "one"), by_angle);
+  EXPECT_THROW(parse_stroke(twist + "angle_deg=-90 rate_deg=60", "one"), InvalidInput);
+  EXPECT_THROW(parse_stroke(twist, "one"), InvalidInput);
+}
+
 TEST(StrokeValues, HoldTheDefaultsToo) {
   const SessionStroke stroke =
       parse_stroke(R"({"tool": "implicit", "inner": 0.1, "outer": 0.6, "path": [[0, 1, 0], [0, 1.3, 0]]})", "one");

@@ -249,9 +249,8 @@ class SessionReader {
   std::optional<RemeshSettings> remesh_;  // of the strokes that follow
 };
 
-// A number, numbers between commas, such lists between semicolons, JSON in brackets, or a text.
+// A number, numbers between commas, such lists between semicolons, or a text.
 Json value_of_word(std::string_view word) {
-  if (word.starts_with('[') || word.starts_with('{')) return parse_json(word);
   for (const char between : {';', ','}) {
     if (word.find(between) == std::string_view::npos) continue;
     Json list = Json::array();
@@ -269,6 +268,39 @@ Json value_of_word(std::string_view word) {
   }
 }
 
+// How deep the lists of a key's values nest: 1 for numbers, 2 for points, 3 for curves. 0: as they are written.
+std::size_t depth_of(const KeyValue& value) {
+  const auto holds = [&]<class... Lists>(Lists...) { return (std::holds_alternative<Lists>(value) || ...); };
+  using Curves = std::vector<std::vector<Vec3d>>;
+  if (holds(static_cast<Curves*>(nullptr))) return 3;
+  if (holds(static_cast<std::vector<Vec3d>*>(nullptr), static_cast<std::vector<PaintSample>*>(nullptr),
+            static_cast<SharedVectors*>(nullptr))) {
+    return 2;
+  }
+  return holds(static_cast<std::vector<double>*>(nullptr), static_cast<std::vector<std::uint32_t>*>(nullptr)) ? 1 : 0;
+}
+
+// Completes a list of which a word shows less: "points=0,0,1" is a list of one point.
+Json nested(Json value, std::string_view tool, std::string_view name) {
+  const Tool* const known = find_tool(tool);
+  if (known == nullptr || value.is_text()) return value;
+  Stroke start = known->start;
+  std::size_t missing = 0;
+  for (const StrokeKey& key : known->keys(start)) {
+    if (key.name == name) missing = depth_of(key.value);
+  }
+  for (const Json* at = &value; missing > 0 && at->is_array(); --missing) {
+    if (at->items().empty()) return value;
+    at = &at->items().front();
+  }
+  for (; missing > 0; --missing) {
+    Json list = Json::array();
+    list.push_back(std::move(value));
+    value = std::move(list);
+  }
+  return value;
+}
+
 // The stroke "TOOL key=value key=value" as JSON.
 Json stroke_of_words(std::string_view words, const Place& place) {
   Json stroke = Json::object();
@@ -282,7 +314,14 @@ Json stroke_of_words(std::string_view words, const Place& place) {
                                             "axis=0,0,1 angle_deg=30 inner=1 outer=2\", or a JSON object",
                                             word));
     }
-    is_tool ? stroke.set("tool", word) : stroke.set(word.substr(0, equals), value_of_word(word.substr(equals + 1)));
+    if (is_tool) {
+      stroke.set("tool", word);
+    } else {
+      const std::string_view name = word.substr(0, equals);
+      const std::string_view value = word.substr(equals + 1);
+      const bool is_json = value.starts_with('[') || value.starts_with('{');
+      stroke.set(name, is_json ? parse_json(value) : nested(value_of_word(value), stroke.at("tool").text(), name));
+    }
     at = words.find_first_not_of(kBlanks, end);
   }
   return stroke;

@@ -26,12 +26,16 @@ std::vector<StrokeKey> keys(CurveStroke& s) {
       {"to", Quantity::other, &s.to, Presence::optional, "where the line goes"},
       {"twist_deg", Quantity::rate, &s.twist_deg, Presence::optional, "of the end against the start"},
       {"longer_by", Quantity::finite, &s.longer_by, Presence::optional, "length that the line gains; below 0: loses"},
+      {"thicker_by", Quantity::finite, &s.thicker_by, Presence::optional, "across the line; below 0: thinner"},
+      {"thickness", Quantity::positive, &s.thickness, Presence::optional, "that the shape gets across the line"},
+      {"thickness_before", Quantity::positive, &s.thickness_before, Presence::optional, "left out: measured"},
+      {"taper", Quantity::other, &s.taper, Presence::optional, "from the line's start to its end and beyond"},
       {"angle_deg", Quantity::angle, &s.angle_deg, Presence::optional, "of the arc that the line becomes"},
       {"around", Quantity::rate, &s.around, Presence::optional, "the arc's radius; below 0: clockwise"},
       {"axis", Quantity::direction, &s.axis, Presence::optional, "of the arc"},
       {"length", Quantity::other, choice(s.length, {"keep", "fit"}), Presence::optional},
       {"fixed", Quantity::other, choice(s.fixed, {"middle", "start", "end"}), Presence::optional},
-      {"keep", Quantity::other, choice(s.keep, {"volume", "thickness"}), Presence::optional},
+      {"keep", Quantity::other, choice(s.keep, {"volume", "thickness", "length"}), Presence::optional},
       {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional,
        "only what is nearer to the line moves"}};
 }
@@ -50,11 +54,33 @@ void require_line(std::string_view key, const std::vector<Vec3d>& points) {
   }
 }
 
+void require_thickness_alone(const CurveStroke& stroke) {
+  if (!changes_thickness(stroke)) {
+    if (stroke.taper) throw InvalidInput(R"("taper" needs "thickness" or "thicker_by")");
+    if (stroke.keep == CurveKeeps::length) {
+      throw InvalidInput(R"("keep" "length" needs "thickness" or "thicker_by"; give "volume" or "thickness")");
+    }
+    return;
+  }
+  const char* const key = stroke.thickness ? "thickness" : "thicker_by";
+  if (stroke.thickness && stroke.thicker_by != 0) {
+    throw InvalidInput(R"("thickness" and "thicker_by" exclude each other; give one of them)");
+  }
+  if (is_arc(stroke) || !stroke.to.empty() || stroke.twist_deg != 0 || stroke.longer_by != 0) {
+    throw InvalidInput(
+        fmt::format("\"{}\" goes with no bend, twist or \"longer_by\"; give these in another stroke", key));
+  }
+  if (stroke.keep == CurveKeeps::thickness) {
+    throw InvalidInput(fmt::format("\"keep\" must be \"volume\" or \"length\" with \"{}\", not \"thickness\"", key));
+  }
+}
+
 void require_one_aim(const CurveStroke& stroke) {
   const int aims = (stroke.to.empty() ? 0 : 1) + (stroke.angle_deg ? 1 : 0) + (stroke.around ? 1 : 0);
   if (aims > 1) throw InvalidInput(R"("to", "angle_deg" and "around" exclude each other; give one of them)");
-  if (aims == 0 && stroke.twist_deg == 0 && stroke.longer_by == 0) {
-    throw InvalidInput(R"("to" is missing; give it, or "angle_deg", "around", "twist_deg" or "longer_by")");
+  if (aims == 0 && stroke.twist_deg == 0 && stroke.longer_by == 0 && !changes_thickness(stroke)) {
+    throw InvalidInput(
+        R"("to" is missing; give it, or "angle_deg", "around", "twist_deg", "longer_by", "thicker_by" or "thickness")");
   }
   if (stroke.longer_by != 0 && (stroke.around || !stroke.to.empty())) {
     throw InvalidInput(R"("longer_by" goes with "angle_deg" or "twist_deg", not with "to" or "around")");
@@ -65,7 +91,10 @@ void require_one_aim(const CurveStroke& stroke) {
   if (stroke.radius && stroke.from.size() > 2) {
     throw InvalidInput(R"("radius" needs a straight line "from" of two points)");
   }
-  if (stroke.axis && !is_arc(stroke)) throw InvalidInput(R"("axis" needs "angle_deg" or "around")");
+  if (stroke.axis && !is_arc(stroke) && !changes_thickness(stroke)) {
+    throw InvalidInput(R"("axis" needs "angle_deg", "around", "thickness" or "thicker_by")");
+  }
+  require_thickness_alone(stroke);
 }
 
 void validate(const CurveStroke& stroke) {
@@ -75,8 +104,11 @@ void validate(const CurveStroke& stroke) {
   require_angle("twist_deg", stroke.twist_deg);
   if (stroke.angle_deg) require_angle("angle_deg", *stroke.angle_deg);
   if (stroke.around && *stroke.around == 0) throw InvalidInput("\"around\" must be a radius other than 0, got 0");
-  if (!is_arc(stroke) || stroke.from.empty()) return;
-  if (!stroke.axis) throw InvalidInput(R"("axis" is missing; the arc of a given line "from" turns about it)");
+  if (stroke.from.empty()) return;
+  if (is_arc(stroke) && !stroke.axis) {
+    throw InvalidInput(R"("axis" is missing; the arc of a given line "from" turns about it)");
+  }
+  if (!stroke.axis) return;
   const Vec3d axis = unit(*stroke.axis);
   const Vec3d along = unit(stroke.from.back() - stroke.from.front());
   constexpr double kAlongside = 1e-3;
@@ -85,7 +117,9 @@ void validate(const CurveStroke& stroke) {
   }
 }
 
-bool reads_surface(const CurveStroke& stroke) { return stroke.from.empty() || stroke.radius_auto; }
+bool reads_surface(const CurveStroke& stroke) {
+  return stroke.from.empty() || stroke.radius_auto || (changes_thickness(stroke) && !stroke.thickness_before);
+}
 
 Flow flow_of(const CurveStroke& stroke) {
   Segment segment;
@@ -129,6 +163,10 @@ CurveStroke placed(CurveStroke stroke, const Box& box) {
     const Vec3d inwards = normalized(cross(unit(*stroke.axis), along)) * (*stroke.around > 0 ? 1.0 : -1.0);
     for (std::size_t axis = 0; axis < 3; ++axis) center[axis] += 0.5 * extent[axis] * inwards[axis];
   }
+  if (stroke.taper) {
+    stroke.from = {center - along * half, center + along * half};
+    return stroke;
+  }
   // A line of two points, as a radius needs, has long ramps, or none in which a curve could begin.
   if (!has_radius || stroke.to.empty()) {
     const int intervals = has_radius ? kArcIntervals : kPathIntervals;
@@ -148,6 +186,7 @@ void resolve(const CurveStroke& given, SurfaceRun& run) {
   CurveStroke own = given;
   if (own.from.empty()) own = placed(std::move(own), bounding_box(run.surface.positions));
   if (own.radius_auto) find_radius(own, run.surface, run.remarks);
+  if (changes_thickness(own)) find_thickness(own, run.surface, run.remarks);
   check_curve(own, given, run.surface);
   run.surface.apply(own);
 }
@@ -155,11 +194,13 @@ void resolve(const CurveStroke& given, SurfaceRun& run) {
 void check(const CurveStroke& stroke, const LiveSurface& surface) { check_curve(stroke, stroke, surface); }
 
 void prolong(CurveStroke& stroke, double strength) {
-  if (!stroke.to.empty()) {
-    throw InvalidInput(fmt::format("\"strength\" must be from 0 to 1 for a curve with \"to\", got {}", strength));
+  if (!stroke.to.empty() || stroke.thickness) {
+    throw InvalidInput(fmt::format("\"strength\" must be from 0 to 1 for a curve with \"{}\", got {}",
+                                   stroke.thickness ? "thickness" : "to", strength));
   }
   stroke.twist_deg *= strength;
   stroke.longer_by *= strength;
+  stroke.thicker_by *= strength;
   if (stroke.angle_deg) *stroke.angle_deg *= strength;
   if (stroke.around) *stroke.around /= strength;
 }
@@ -173,6 +214,14 @@ std::string words(const CurveStroke& stroke, const std::string& unit) {
   if (stroke.longer_by != 0) {
     parts.push_back((stroke.longer_by > 0 ? "stretch by " : "shorten by ") +
                     length_text(std::abs(stroke.longer_by), unit));
+  }
+  if (stroke.thicker_by != 0) {
+    parts.push_back(fmt::format("{}{} by {}", stroke.taper ? "taper, " : "",
+                                stroke.thicker_by > 0 ? "thicker" : "thinner",
+                                length_text(std::abs(stroke.thicker_by), unit)));
+  }
+  if (stroke.thickness) {
+    parts.push_back((stroke.taper ? "taper to " : "thickness of ") + length_text(*stroke.thickness, unit));
   }
   std::string text = fmt::format("{}", fmt::join(parts, ", "));
   text[0] = static_cast<char>(std::toupper(text[0]));

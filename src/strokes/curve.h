@@ -20,7 +20,11 @@ inline constexpr int kArcRamp = 3;
 // whose ends are then those of the shape, five tell it.
 std::vector<Vec3d> line_with_ramps(const Vec3d& center, const Vec3d& half, bool has_aim);
 
-// Returns the motion of a valid curve stroke that has `from`, and an axis if it is an arc.
+// Returns whether the stroke makes the shape thicker or thinner across the line.
+bool changes_thickness(const CurveStroke& stroke);
+
+// Returns the motion of a valid curve stroke that has `from`, an axis if it is an arc, and the thickness before if that
+// changes.
 CurveMotion motion_of(const CurveStroke& stroke);
 
 // Throws InvalidInput, with a number that works, if the shape would extend too far to the inner side of the curve at
@@ -34,5 +38,9 @@ void check_inverse_of_curve(const CurveStroke& stroke, const LiveSurface& surfac
 
 // Replaces the radius "auto" by that of propose_limit_cylinder about the line. Throws InvalidInput if there is none.
 void find_radius(CurveStroke& stroke, const LiveSurface& surface, std::vector<std::string>& remarks);
+
+// Measures `thickness_before` where it is not given: the least width across the line, or the width along the axis, of
+// the shape between the ramps; of a taper, at the line's end. Remarks on what the stroke does to it and to the length.
+void find_thickness(CurveStroke& stroke, const LiveSurface& surface, std::vector<std::string>& remarks);
 
 }  // namespace knead::detail

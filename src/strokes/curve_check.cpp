@@ -323,11 +323,13 @@ std::string advice(const CurveStroke& stroke, double share) {
 }
 
 [[noreturn]] void refuse(const CurveStroke& stroke, Trouble trouble, double share) {
-  const char* key = stroke.angle_deg        ? "angle_deg"
-                    : stroke.around         ? "around"
-                    : !stroke.to.empty()    ? "to"
-                    : stroke.twist_deg != 0 ? "twist_deg"
-                                            : "longer_by";
+  const char* key = stroke.angle_deg         ? "angle_deg"
+                    : stroke.around          ? "around"
+                    : !stroke.to.empty()     ? "to"
+                    : stroke.twist_deg != 0  ? "twist_deg"
+                    : stroke.thickness       ? "thickness"
+                    : stroke.thicker_by != 0 ? "thicker_by"
+                                             : "longer_by";
   const char* const what =
       trouble == Trouble::meets
           ? "the shape would meet itself"
@@ -391,7 +393,7 @@ void check_inverse_of_curve(const CurveStroke& stroke, const LiveSurface& surfac
     const double at = std::clamp(s / table.length(), 0.0, 1.0) * static_cast<double>(lengths.size() - 1);
     const std::size_t i = std::min(static_cast<std::size_t>(at), lengths.size() - 2);
     return std::lerp(lengths[i], lengths[i + 1], at - static_cast<double>(i)) + std::min(s, 0.0) +
-           std::max(s - table.length(), 0.0);
+           std::max(s - table.length(), 0.0) * table.end(true).along;
   };
   std::vector<std::optional<double>> along;
   along.reserve(surface.positions.size());

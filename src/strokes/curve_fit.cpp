@@ -299,6 +299,30 @@ double greatest_curvature(const std::vector<Vec3d>& points) {
   return most;
 }
 
+// Sets the stretch of all nodes for a thickness, with ramps at both ends. A taper of a prism is straight.
+void set_thickness(const CurveStroke& stroke, CurveMotion& motion, std::vector<CurveNode>& nodes) {
+  constexpr double kMaxFactor = 10;
+  const double before = *stroke.thickness_before;
+  const double factor = stroke.thickness.value_or(before + stroke.thicker_by) / before;
+  if (!(factor >= 1 / kMaxFactor && factor <= kMaxFactor)) {
+    throw InvalidInput(
+        fmt::format("\"{}\": where the shape is {:.4g} thick, it can get a thickness from {:.4g} to {:.4g}",
+                    stroke.thickness ? "thickness" : "thicker_by", before, before / kMaxFactor, before * kMaxFactor));
+  }
+  motion.keeps_length = stroke.keep == CurveKeeps::length;
+  motion.one_across = stroke.axis.has_value();
+  const double power = motion.one_across ? 1 : 2;
+  const auto stretch_for = [&](double f) { return (motion.one_across ? 1 / f : 1 / (f * f)) - 1; };
+  const double end = stretch_for(factor);
+  if (stroke.taper) motion.end_stretch = end;
+  const double p = motion.keeps_length ? 1 : power + 1;  // factor^p is linear in the length before
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const double share = static_cast<double>(i + 1) / static_cast<double>(nodes.size() + 1);
+    const double here = elementary::pow(1 + (elementary::pow(factor, p) - 1) * share, 1 / p);
+    nodes[i].stretch = stroke.taper ? stretch_for(here) : end;
+  }
+}
+
 bool has_ramps(const CurveStroke& stroke) {
   constexpr double kRounding = 1e-9;
   const Vec3d half = (stroke.from.back() - stroke.from.front()) * 0.5;
@@ -314,6 +338,8 @@ std::vector<Vec3d> line_with_ramps(const Vec3d& center, const Vec3d& half, bool 
   if (!has_aim) return {center - half, center, center + half};
   return {center - half, center - half * kOfShape, center, center + half * kOfShape, center + half};
 }
+
+bool changes_thickness(const CurveStroke& stroke) { return stroke.thickness || stroke.thicker_by != 0; }
 
 CurveMotion motion_of(const CurveStroke& stroke) {
   const SmoothCurve from(stroke.from);
@@ -357,6 +383,7 @@ CurveMotion motion_of(const CurveStroke& stroke) {
     node.twist = stroke.twist_deg * kRadiansPerDegree / (nodes * spacing);
     node.stretch = stretch;
   }
+  if (changes_thickness(stroke)) set_thickness(stroke, motion, list);
   motion.nodes = SharedList<CurveNode>(std::move(list));
   return motion;
 }

@@ -314,12 +314,16 @@ class Curve(Stroke):
     to: Points3 | None
     twist_deg: float | None
     longer_by: float | None
+    thicker_by: float | None
+    thickness: float | None
+    thickness_before: float | None
+    taper: bool | None
     angle_deg: float | None
     around: float | None
     axis: Vector | None
     length: Literal['keep', 'fit'] | None
     fixed: Literal['middle', 'start', 'end'] | None
-    keep: Literal['volume', 'thickness'] | None
+    keep: Literal['volume', 'thickness', 'length'] | None
     radius: float | Literal['auto'] | None
     def __init__(
         self,
@@ -328,12 +332,16 @@ class Curve(Stroke):
         to: Points3 | None = None,
         twist_deg: float | None = None,
         longer_by: float | None = None,
+        thicker_by: float | None = None,
+        thickness: float | None = None,
+        thickness_before: float | None = None,
+        taper: bool | None = None,
         angle_deg: float | None = None,
         around: float | None = None,
         axis: Vector | None = None,
         length: Literal['keep', 'fit'] | None = None,
         fixed: Literal['middle', 'start', 'end'] | None = None,
-        keep: Literal['volume', 'thickness'] | None = None,
+        keep: Literal['volume', 'thickness', 'length'] | None = None,
         radius: float | Literal['auto'] | None = None,
         name: str | None = None,
         off: bool | None = None,

@@ -255,6 +255,7 @@ _DETAILS = {
 
         ring = knead.deform(vertices, knead.Curve(angle_deg=270, axis=[0, 1, 0]), faces)
         hose = knead.deform(vertices, knead.Curve(to=path), faces)
+        grip = knead.deform(vertices, knead.Curve(from_=[a, b], thicker_by=2, keep="length"), faces)
 """,
     "lattice": """
     A box of control points whose displacements move what is in the box. `displacements` may be an array
