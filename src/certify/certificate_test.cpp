@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -36,8 +37,9 @@ struct Certified {
   Certificate certificate;
 };
 
-Certified certify(const Mesh& mesh, const Session& session, ReplayOptions options = {}, bool as_float = true) {
-  CertificateBuilder builder(mesh, options);
+Certified certify(const Mesh& mesh, const Session& session, ReplayOptions options = {}, bool as_float = true,
+                  std::size_t max_points = std::numeric_limits<std::size_t>::max()) {
+  CertificateBuilder builder(mesh, options, max_points);
   options.on_stroke = [&](const AppliedStroke& stroke) { builder.add(stroke); };
   Certified certified{replay(mesh, session, options), {}};
   certified.certificate = builder.finish(certified.result, as_float);
@@ -89,6 +91,33 @@ TEST(Certificate, TheDistanceFallsWhereTheMeshFollows) {
   const double remeshed = certify(ball(642), session, remeshing()).certificate.distance_rms;
   EXPECT_LT(finer, as_it_is / 8);  // a quarter of the edges: a sixteenth of the distance
   EXPECT_LT(remeshed, as_it_is / 2);
+}
+
+// Of a part of the points the distances are about those of all.
+TEST(Certificate, APartOfThePointsShowsTheDistance) {
+  for (const ReplayOptions& options : {ReplayOptions{}, remeshing()}) {
+    const Certificate all = certify(ball(), session_of({kTurn}), options).certificate;
+    const Certificate part = certify(ball(), session_of({kTurn}), options, true, 500).certificate;
+    EXPECT_GT(all.strokes.at(0).points, 1000u);
+    EXPECT_LE(part.strokes.at(0).points, 500u);
+    EXPECT_NEAR(part.distance_rms / all.distance_rms, 1, 0.2);
+    EXPECT_LE(part.distance_max, all.distance_max * (1 + 1e-9));
+    EXPECT_EQ(part.volume_error, all.volume_error);
+  }
+}
+
+// The corners of a box rest; the vertices that refining adds between them grow to the square of what was asked for.
+TEST(Certificate, SaysByHowMuchPiecesGrowBetweenTheCorners) {
+  CurveStroke thicker;
+  thicker.from = {{0.1, 0.5, 0.5}, {0.9, 0.5, 0.5}};
+  thicker.fixed = CurveFixed::start;
+  thicker.keep = CurveKeeps::length;
+  thicker.thickness_before = 1;
+  thicker.thickness = 1.2;
+  const Certificate c = certify(unit_cube(), session_of({thicker}), remeshing()).certificate;
+  ASSERT_TRUE(c.det_least && c.det_greatest);
+  EXPECT_NEAR(*c.det_greatest, 1.44, 1e-6);
+  EXPECT_LT(*c.det_least, 1.2);
 }
 
 // A stroke that moves the whole shape as it is: nothing is lost but the tolerance.

@@ -1,6 +1,7 @@
 knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/coefficients_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/curve_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/curve_thickness_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/deformed_shape_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/derivatives_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/exact_image_test.cpp

@@ -112,6 +112,31 @@ TEST_F(MakersTest, AWrapKeepsTheThicknessIfAsked) {
   EXPECT_NE(line.find("det J from 1"), std::string::npos) << line;
 }
 
+TEST_F(MakersTest, BecomesThickerByANumberThatIsPrinted) {
+  expect_volume(made({"stretch", "--thicker", "2", "-q"}, "all.stl"));
+  expect_volume(made({"stretch", "--thickness", "6", "--axis", "z", "--keep", "length", "-q"}, "top.stl"), 1.5);
+  const Mesh taper = made({"taper", "--thickness", "10", "--axis", "y", "-q"}, "taper.stl");
+  expect_volume(taper);
+  double longest = 0;
+  for (const Vec3d& p : taper.positions) longest = std::max(longest, p.x);
+  Vec3d first{0, 0, 0};  // the greatest distances from the line, at the beginning and at the end
+  Vec3d last{0, 0, 0};
+  for (const Vec3d& p : taper.positions) {
+    if (p.x < 1e-3) first = {0, std::max(first.y, std::abs(p.y - 10)), std::max(first.z, std::abs(p.z - 2))};
+    if (p.x > longest - 1e-3) last = {0, std::max(last.y, std::abs(p.y - 10)), std::max(last.z, std::abs(p.z - 2))};
+  }
+  EXPECT_LE(norm(first - Vec3d{0, 10, 2}), 1e-3);
+  EXPECT_LE(norm(last - Vec3d{0, 5, 2}), 1e-3);
+  const std::string note = knead({"taper", "plate.obj", "--thickness", "10", "--axis", "y", "-o", "taper.stl"}).err;
+  const std::size_t at = note.find("is 20 and becomes 10; the shape becomes ");
+  ASSERT_NE(at, std::string::npos) << note;
+  EXPECT_NEAR(std::stod(note.substr(at + 40)), longest - 120, 0.01);
+  expect_error(knead({"stretch", "plate.obj", "--thicker", "-4", "-o", "no.stl"}), 3,
+               "--thicker: where the shape is 4");
+  expect_error(knead({"stretch", "plate.obj", "--thicker", "1", "--by", "2", "-o", "no.stl"}), 2, "give --by LENGTH");
+  expect_error(knead({"taper", "plate.obj", "-o", "no.stl"}), 2, "give --thicker LENGTH");
+}
+
 // In the middle of the top is the hole; a bar of a picture goes beside it.
 TEST_F(MakersTest, PrintsAPictureAndRaisesIt) {
   std::string picture = "P5\n40 20\n255\n";
