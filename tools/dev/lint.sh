@@ -29,9 +29,12 @@ check_scripts() {
   die "a pipe that ends before its source (use <<< or sed -n 1p): $found"
 }
 
-# The web's standard library, libc++ 13, lacks these; vec.h has bit_cast, io/numbers.h numbers in text.
+# The web's standard library, libc++ 13, lacks these; vec.h has bit_cast, io/numbers.h numbers in text. From version 12 on,
+# fmt/format.h alone has no fmt::join.
 check_portable() {
   local found
+  found=$(grep -rlF 'fmt::join(' src include apps bindings --include='*.h' --include='*.cpp' | xargs grep -LF '<fmt/ranges.h>') || true
+  [[ -z $found ]] || die "these use fmt::join and must include <fmt/ranges.h>: $found"
   found=$(grep -rnE 'std::(ranges|views)::|std::(bit_cast|atomic_ref|make_unique_for_overwrite)\b' src include apps/studio --include='*.h' --include='*.cpp' \
     --exclude='*_test.cpp') || return 0
   die "emscripten cannot compile these: $found"

@@ -1,5 +1,6 @@
 // Moving points: deform and Flow.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
