@@ -113,6 +113,27 @@ TEST(GreatestStretch, OfABendFollowsFromItsWidth) {
   }
 }
 
+// Bars of thickness 1, as docs/session.md advises for each width along the axis.
+TEST(GreatestStretch, OfABendDependsOnGaugeAndWidth) {
+  const auto greatest = [](double width, double gauge) {
+    std::vector<Vec3d> section;
+    for (int i = -60; i <= 60; ++i) {
+      for (const double across : {-0.5, 0.0, 0.5}) {
+        for (int k = -4; k <= 4; ++k) section.push_back({width * k / 8, across, 0.05 * i});
+      }
+    }
+    BendStroke stroke = bend(45, 1);
+    stroke.gauge = gauge;
+    double most = 1;
+    for (const Stretches& s : stretches_of(flow_of(stroke), section, {width + 6})) most = std::max(most, s.greatest);
+    return most;
+  };
+  EXPECT_LT(greatest(1, 1), 0.9 * greatest(1, 0));
+  EXPECT_LT(greatest(2, 0.5), std::min(greatest(2, 0), greatest(2, 1)));
+  EXPECT_LT(greatest(6, 0), greatest(6, 0.5));
+  EXPECT_GT(greatest(8, 1), 2.5 * greatest(8, 0));
+}
+
 TEST(GreatestStretch, HasTheSameBitsForEveryNumberOfThreads) {
   const Surface surface = cylinder();
   const Flow flow = flow_of(bend(60, 0.8));
