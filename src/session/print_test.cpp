@@ -461,7 +461,7 @@ TEST_F(Print, AFontIsFoundByItsNameAsByItsFile) {
       continue;  // a font of symbols
     }
   }
-  GTEST_SKIP() << "no font with letters in the usual folders";
+  GTEST_SKIP() << "no font with letters in the usual folders; install one, such as fonts-dejavu-core";
 }
 
 TEST_F(Print, SaysWhereTextCannotBeSet) {

@@ -137,6 +137,9 @@ void draw_tool_setting(Studio& studio, std::string_view key, std::optional<float
 // Draws all settings of the bar above the picture, one below the other.
 void draw_hand_settings(Studio& studio, float width);
 
+// Chooses a font by its letters; empty: the standard one.
+void draw_font(std::string& font);
+
 // has_mode() returns whether the tool in use has several modes: of poses, masks or stamps. draw_mode() draws their
 // choice.
 bool has_mode(const Studio& studio);
