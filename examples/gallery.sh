@@ -405,6 +405,7 @@ tools() {
   tool stretch --size 900x330 --view 25,15
   tool twist --size 900x220 --view 15,18
   tool bend --size 900x440 --view 40,10
+  until=2,4 tool plate --size 900x380 --view 20,40 --up z --tools none
   tool pins --size 900x420 --view 8,6
   tool pose --size 900x420 --view 48,8 --tools none
   tool turn --size 900x340 --view 0,75

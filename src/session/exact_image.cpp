@@ -62,9 +62,15 @@ struct Samples {
   std::vector<double> areas;    // of the pieces that they represent
 };
 
+struct SampledError {
+  double greatest = 0;  // distance of a sample, relative to the reference length
+  double motion = 0;    // the greatest of a sample, relative to the reference length
+  Samples samples;      // moved
+  std::vector<double> distances;
+};
+
 struct ImageError {
   double greatest = 0;      // distance of a sample, relative to the reference length
-  double motion = 0;        // the greatest of a sample, relative to the reference length
   double rms = 0;           // of the whole surface, if that is more than kFarFromFace
   double volume = 0;        // after / before - 1; 0 of what has none, and after strokes that change volumes on purpose
   bool is_at_rest = false;  // no vertex has moved
@@ -221,8 +227,8 @@ double volume_change(const Mesh& before, const Flow& flow, const DeformedShape& 
 
 // Compares the shape with the image of `before` under the flow, at points of the longest faces that it moves. Large
 // faces also get samples inside, down to the size of the flow's features.
-ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape& now, bool same_faces,
-                       Progress* progress) {
+SampledError sampled_error(const Mesh& before, const Flow& flow, const DeformedShape& now, bool same_faces,
+                           Progress* progress) {
   const double feature = std::min(FlowSupport(flow).smallest_feature(), now.reference_length());
   const Compared work{before, now, same_faces, FlowSupport(flow), feature};
   Samples samples = samples_of(work);
@@ -232,14 +238,23 @@ ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape
   options.progress = progress;
   const std::vector<Vec3d> start = samples.points;
   if (advect(flow, samples.points, options).status != AdvectStatus::done) return {};
-  ImageError error;
+  SampledError error;
   for (std::size_t i = 0; i < start.size(); ++i) {
     error.motion = std::max(error.motion, norm(samples.points[i] - start[i]) / now.reference_length());
   }
-  const std::vector<double> distances = distances_of(samples, work, progress);
-  error.greatest = *std::max_element(distances.begin(), distances.end()) / now.reference_length();
+  error.distances = distances_of(samples, work, progress);
+  error.greatest = *std::max_element(error.distances.begin(), error.distances.end()) / now.reference_length();
+  error.samples = std::move(samples);
+  return error;
+}
+
+// The same for the whole surface, where a sample lies far from the image.
+ImageError image_error(const Mesh& before, const Flow& flow, const DeformedShape& now, bool same_faces,
+                       Progress* progress) {
+  const SampledError sampled = sampled_error(before, flow, now, same_faces, progress);
+  ImageError error{sampled.greatest};
   if (error.greatest <= kFarFromFace) return error;
-  error.rms = rms_of(distances, samples, before) / now.reference_length();
+  error.rms = rms_of(sampled.distances, sampled.samples, before) / now.reference_length();
   error.volume = volume_change(before, flow, now);
   error.is_closed =
       error.rms > kWorthAWord * kFarFromImage && measure(WeldedMesh(before).mesh(), now.motion().threads).closed();
@@ -264,7 +279,7 @@ void ExactImage::add(const StrokeRun& run, const DeformedShape& shape) {
 
 double ExactImage::missed_motion(const DeformedShape& shape, Progress* progress) const {
   if (flow_.segments.empty()) return 0;
-  const ImageError error = image_error(*surface_, flow_, shape, shape.provenance() == provenance_, progress);
+  const SampledError error = sampled_error(*surface_, flow_, shape, shape.provenance() == provenance_, progress);
   return error.greatest > kFarFromFace ? error.greatest / error.motion : 0;
 }
 

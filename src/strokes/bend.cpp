@@ -529,10 +529,12 @@ void zone(const BendStroke& stroke, StrokeZone& zone) {
   zone.between = bend_thresholds(stroke);
   zone.angle = std::abs(stroke.angle_deg) * kRadiansPerDegree;
   zone.degrees = stroke.angle_deg;
+  zone.gauge = stroke.gauge;
 }
 
 void set_zone(BendStroke& stroke, const StrokeZone& zone) {
   stroke.center = zone.center;
+  stroke.gauge = zone.gauge;
   if (auto* const extent = std::get_if<BendWidth>(&stroke.extent)) {
     extent->width = zone.width();
   } else {

@@ -103,6 +103,7 @@ struct StrokeZone {
   Thresholds<double> between{};
   double angle = 0;    // radians: of a bend; of a twist: over the zone
   double degrees = 0;  // as the stroke gives them: of a bend, or of a twist for one unit of length
+  double gauge = 0;    // of a bend
 
   double width() const { return between.outer - between.inner; }
   bool bends() const { return side != Vec3d{0, 0, 0}; }

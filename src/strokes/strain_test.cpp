@@ -113,25 +113,41 @@ TEST(GreatestStretch, OfABendFollowsFromItsWidth) {
   }
 }
 
-// Bars of thickness 1, as docs/session.md advises for each width along the axis.
-TEST(GreatestStretch, OfABendDependsOnGaugeAndWidth) {
-  const auto greatest = [](double width, double gauge) {
-    std::vector<Vec3d> section;
-    for (int i = -60; i <= 60; ++i) {
-      for (const double across : {-0.5, 0.0, 0.5}) {
-        for (int k = -4; k <= 4; ++k) section.push_back({width * k / 8, across, 0.05 * i});
+// Points in a bar of thickness 1, as wide as this along the axis, or on one with an ellipse as its section.
+std::vector<Vec3d> bar(double width, bool is_round = false) {
+  std::vector<Vec3d> points;
+  for (int i = -60; i <= 60; ++i) {
+    for (const double across : {-0.5, 0.0, 0.5}) {
+      for (int k = -4; k <= 4; ++k) {
+        const double along = k / 8.0;
+        const double y = is_round ? 2 * across * std::sqrt(0.25 - along * along) : across;
+        points.push_back({width * along, y, 0.05 * i});
       }
     }
-    BendStroke stroke = bend(45, 1);
-    stroke.gauge = gauge;
-    double most = 1;
-    for (const Stretches& s : stretches_of(flow_of(stroke), section, {width + 6})) most = std::max(most, s.greatest);
-    return most;
-  };
-  EXPECT_LT(greatest(1, 1), 0.9 * greatest(1, 0));
-  EXPECT_LT(greatest(2, 0.5), std::min(greatest(2, 0), greatest(2, 1)));
-  EXPECT_LT(greatest(6, 0), greatest(6, 0.5));
-  EXPECT_GT(greatest(8, 1), 2.5 * greatest(8, 0));
+  }
+  return points;
+}
+
+double greatest_of(const BendStroke& stroke, const std::vector<Vec3d>& points) {
+  double most = 1;
+  for (const Stretches& s : stretches_of(flow_of(stroke), points, {10})) {
+    most = std::max({most, s.greatest, 1 / s.least});
+  }
+  return most;
+}
+
+double greatest_in_bar(double width, double gauge) {
+  BendStroke stroke = bend(45, 1);
+  stroke.gauge = gauge;
+  return greatest_of(stroke, bar(width));
+}
+
+// As docs/session.md advises for each width along the axis.
+TEST(GreatestStretch, OfABendDependsOnGaugeAndWidth) {
+  EXPECT_LT(greatest_in_bar(1, 1), 0.9 * greatest_in_bar(1, 0));
+  EXPECT_LT(greatest_in_bar(2, 0.5), std::min(greatest_in_bar(2, 0), greatest_in_bar(2, 1)));
+  EXPECT_LT(greatest_in_bar(6, 0), greatest_in_bar(6, 0.5));
+  EXPECT_GT(greatest_in_bar(8, 1), 2.5 * greatest_in_bar(8, 0));
 }
 
 TEST(GreatestStretch, HasTheSameBitsForEveryNumberOfThreads) {
@@ -198,6 +214,41 @@ TEST(Zone, OfABendWantsAWidthForAngleAndReach) {
   EXPECT_NE(warning.find("0.3 wide"), std::string::npos) << warning;
   EXPECT_NE(warning.find("make the zone 1.26 wide"), std::string::npos) << warning;
   EXPECT_FALSE(zone_warning(safe, profile));
+}
+
+TEST(Zone, OfABendChoosesTheGaugeByTheCrossSection) {
+  for (const double width : {0.5, 1.5, 2.0, 4.0, 9.0}) {
+    for (const double angle_deg : {30.0, 90.0}) {
+      for (const bool is_round : {false, true}) {
+        const std::vector<Vec3d> points = bar(width, is_round);
+        const BendStroke stroke = bend(angle_deg, 0.1);
+        const ZoneProfile profile = zone_profile(stroke, points, {});
+        const auto safe = std::get<BendStroke>(with_safe_zone(stroke, profile));
+        EXPECT_EQ(with_safe_zone(safe, profile), Stroke(safe));
+        const double chosen = greatest_of(safe, points);
+        for (const double gauge : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+          BendStroke other = safe;
+          other.gauge = gauge;
+          EXPECT_LT(chosen, (is_round ? 1.18 : 1.12) * greatest_of(other, points))
+              << width << ", gauge " << gauge << ", " << angle_deg;
+        }
+      }
+    }
+  }
+}
+
+TEST(Zone, WarnsOfAGaugeThatStretchesFar) {
+  const std::vector<Vec3d> plate = bar(8);
+  BendStroke stroke = bend(45, 1);
+  const std::string warning = zone_warning(stroke, zone_profile(stroke, plate, {})).value();
+  EXPECT_NE(warning.find("use 0"), std::string::npos) << warning;
+  stroke.gauge = 0.3;
+  EXPECT_EQ(with_safe_zone(stroke, zone_profile(stroke, plate, {})), Stroke(stroke)) << "it was given";
+  EXPECT_FALSE(zone_warning(stroke, zone_profile(stroke, plate, {})));
+  stroke = bend(45, 4);
+  EXPECT_FALSE(zone_warning(stroke, zone_profile(stroke, plate, {}))) << "wide zones stretch little";
+  stroke = bend(45, 1);
+  EXPECT_FALSE(zone_warning(stroke, zone_profile(stroke, bar(1.5), {})));
 }
 
 // A safe zone stretches about as much for every falloff as for the default.

@@ -29,6 +29,12 @@ constexpr double kSafeWidth = 2.4;
 constexpr double kMinWidth = 1.6;
 // A twist with this shear stretches 2 times, as a bend of kSafeWidth does.
 constexpr double kSafeShear = 1.5;
+// A part as wide along the axis of its bend as this many times its thickness is stretched least with gauge 0, one as
+// wide as thick with gauge 1, and between the two with a gauge between them.
+constexpr double kWidthOfZeroGauge = 4;
+// A gauge this much above that deserves a warning, in a zone up to this multiple of the safe width.
+constexpr double kFarGauge = 0.5;
+constexpr double kWideZone = 2;
 constexpr int kMaxRounds = 64;  // of widening; each takes in at least one slice
 
 // Returns the greatest slope of the motion, divided by angle / width: in a bend that of w, in a twist that of r w.
@@ -53,6 +59,7 @@ double default_angle(const StrokeZone& zone) {
 struct ZonePlace {
   double r = 0;
   double distance = 0;  // as the profile counts it
+  double along = 0;     // the axis of a bend
   double from_line = 0;
 };
 
@@ -60,7 +67,8 @@ ZonePlace place_of(const ZoneProfile& profile, const Vec3d& p) {
   const Vec3d d = p - profile.center;
   const double r = dot(profile.normal, d);
   const double from_line = norm(d - profile.normal * r);
-  return {r, profile.side == Vec3d{0, 0, 0} ? from_line : std::abs(dot(profile.side, d)), from_line};
+  if (profile.side == Vec3d{0, 0, 0}) return {r, from_line, 0, from_line};
+  return {r, std::abs(dot(profile.side, d)), std::abs(dot(cross(profile.side, profile.normal), d)), from_line};
 }
 
 bool counts(const ZoneProfile& profile, const ZonePlace& place) {
@@ -71,8 +79,9 @@ void add(ZoneProfile& profile, const ZonePlace& place) {
   if (!counts(profile, place)) return;
   const double slice = (place.r - profile.first) / profile.height;
   const auto last = static_cast<double>(profile.extents.size() - 1);
-  double& extent = profile.extents[static_cast<std::size_t>(std::clamp(slice, 0.0, last))];
-  extent = std::max(extent, place.distance);
+  const auto i = static_cast<std::size_t>(std::clamp(slice, 0.0, last));
+  profile.extents[i] = std::max(profile.extents[i], place.distance);
+  profile.along[i] = std::max(profile.along[i], place.along);
 }
 
 // Adds an edge where it goes from slice to slice, unless its ends are in neighbouring slices: they are added as points.
@@ -92,15 +101,21 @@ void add_edge(ZoneProfile& profile, const Vec3d& a, const Vec3d& b) {
   }
 }
 
-// Returns the greatest distance of the parts between two heights, also of those that come there while a bend's zone
-// turns.
-double extent_within(const ZoneProfile& profile, double inner, double outer, double turn) {
-  double most = 0;
+// The greatest distances of a part of a shape.
+struct Reach {
+  double distance = 0;
+  double along = 0;
+};
+
+// Returns those of the parts between two heights, also of those that come there while a bend's zone turns.
+Reach reach_within(const ZoneProfile& profile, double inner, double outer, double turn) {
+  Reach most;
   for (std::size_t i = 0; i < profile.extents.size(); ++i) {
     const double extent = profile.extents[i];
     const double begin = profile.first + static_cast<double>(i) * profile.height;
-    if (begin <= outer + extent * turn && begin + profile.height >= inner - extent * turn)
-      most = std::max(most, extent);
+    if (begin > outer + extent * turn || begin + profile.height < inner - extent * turn) continue;
+    most.distance = std::max(most.distance, extent);
+    most.along = std::max(most.along, profile.along[i]);
   }
   return most;
 }
@@ -110,11 +125,18 @@ double turn_of(const StrokeZone& zone) {
   return zone.bends() ? sincos(std::min(0.5 * zone.angle, 0.5 * std::numbers::pi)).sin : 0;
 }
 
-double extent_of(const StrokeZone& zone, const ZoneProfile& profile) {
+Reach reach_of(const StrokeZone& zone, const ZoneProfile& profile) {
   // A twist shears its whole inner region.
   const double inner = zone.bends() ? zone.between.inner : -kInfinity;
   const double shift = dot(zone.normal, zone.center - profile.center);
-  return extent_within(profile, inner + shift, zone.between.outer + shift, turn_of(zone));
+  return reach_within(profile, inner + shift, zone.between.outer + shift, turn_of(zone));
+}
+
+// To two digits, which is enough and short in a session.
+double gauge_of(const Reach& reach) {
+  if (!(reach.distance > 0)) return 1;
+  const double gauge = (kWidthOfZeroGauge - reach.along / reach.distance) / (kWidthOfZeroGauge - 1);
+  return std::round(100 * std::clamp(gauge, 0.0, 1.0)) / 100;
 }
 
 double safe_width(const StrokeZone& zone, double extent) {
@@ -133,7 +155,7 @@ StrokeZone widened(const StrokeZone& zone, double width) {
 // Widening includes more of the shape, which may be wider there; it ends at the end of the shape.
 StrokeZone with_safe_width(StrokeZone zone, const ZoneProfile& profile) {
   for (int round = 0; round < kMaxRounds; ++round) {
-    const double width = safe_width(zone, extent_of(zone, profile));
+    const double width = safe_width(zone, reach_of(zone, profile).distance);
     if (width <= zone.width() * (1 + 1e-12)) break;
     zone = widened(zone, width);
   }
@@ -218,6 +240,7 @@ ZoneProfile zone_profile(const Stroke& stroke, std::span<const Vec3d> positions,
   profile.first = least;
   profile.height = (most - least) / static_cast<double>(kSlices);
   profile.extents.assign(kSlices, -1);
+  profile.along.assign(kSlices, 0);
   for (const Vec3d& p : positions) add(profile, place_of(profile, p));
   for (const auto& [a, b, c] : triangles) {
     add_edge(profile, positions[a], positions[b]);
@@ -232,9 +255,11 @@ std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& pro
   if (!zone || !fits(*zone, profile)) return std::nullopt;
   ZoneCheck check;
   check.width = zone->width();
-  check.extent = extent_of(*zone, profile);
-  check.safe = with_safe_width(*zone, profile).width();
+  check.extent = reach_of(*zone, profile).distance;
+  const StrokeZone safe = with_safe_width(*zone, profile);
+  check.safe = safe.width();
   if (zone->bends()) {
+    check.gauge = gauge_of(reach_of(safe, profile));
     check.is_too_thin = check.width < kMinWidth * default_angle(*zone) * check.extent;
   } else {
     check.stretch = stretch_of_shear(default_angle(*zone) / check.width * check.extent);
@@ -246,8 +271,9 @@ std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& pro
 Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile) {
   const std::optional<StrokeZone> zone = zone_of(stroke);
   if (!zone || !fits(*zone, profile)) return stroke;
-  const StrokeZone safe = with_safe_width(*zone, profile);
-  if (safe.width() == zone->width()) return stroke;
+  StrokeZone safe = with_safe_width(*zone, profile);
+  if (zone->bends() && zone->gauge == 1) safe.gauge = gauge_of(reach_of(safe, profile));
+  if (safe.width() == zone->width() && safe.gauge == zone->gauge) return stroke;
   Stroke result = stroke;
   with_row(result, [&](const auto& row, auto& own) { row.set_zone(own, safe); });
   return result;
@@ -277,8 +303,16 @@ double most_turn_of_an_edge_deg(const Stroke& stroke, std::span<const Vec3d> pos
 
 std::optional<std::string> zone_warning(const Stroke& stroke, const ZoneProfile& profile) {
   const std::optional<ZoneCheck> check = check_zone(stroke, profile);
-  if (!check || !check->is_too_thin) return std::nullopt;
-  const double degrees = zone_of(stroke)->degrees;
+  if (!check) return std::nullopt;
+  const StrokeZone zone = *zone_of(stroke);
+  if (!check->is_too_thin) {
+    const bool is_far = zone.bends() && zone.gauge - check->gauge > kFarGauge;
+    if (!is_far || check->width > kWideZone * safe_width(zone, check->extent)) return std::nullopt;
+    return fmt::format(
+        "a \"gauge\" of {:.3g} stretches a part so wide along the axis of the bend far at its sides; use {:.3g}",
+        zone.gauge, check->gauge);
+  }
+  const double degrees = zone.degrees;
   if (check->stretch > 0) {
     return fmt::format(
         "the twist stretches a part that reaches {:.3g} from its line about {:.2g} times; use a \"rate_deg\" of {:.3g} "

@@ -501,6 +501,7 @@ struct ZoneProfile {
   double first = 0;                // r = normal.(x - center) where the first slice begins
   double height = 0;               // of a slice
   std::vector<double> extents{};   // for each slice the greatest distance; below 0: the slice is empty
+  std::vector<double> along{};     // of a bend: for each slice the greatest distance along its axis
 
   friend bool operator==(const ZoneProfile&, const ZoneProfile&) = default;
 };
@@ -519,13 +520,15 @@ struct ZoneCheck {
   double safe = 0;           // the least width that the stroke wants; of a twist by the same angle over the zone
   double stretch = 0;        // of a twist; 0 for a bend
   bool is_too_thin = false;  // a warning is due: a bend of less than 1.6 phi rho, a twist that stretches over 4 times
+  double gauge = 0;          // of a bend: from 1, for a part about as wide as thick, to 0, for one 4 times as wide
 };
 
 // Returns the check, or nothing for strokes without such a zone, and where the profile is empty or of another line.
 std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& profile);
 
 // Returns the stroke with its zone widened to ZoneCheck::safe if it is thinner; a twist turns the same angle over it. A
-// zone with a limit cylinder keeps its outer border and grows away from it; other zones grow about the centre.
+// zone with a limit cylinder keeps its outer border and grows away from it; other zones grow about the centre. A bend
+// with the default gauge 1 gets ZoneCheck::gauge.
 Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile);
 
 // Returns the most degrees of a bend or twist that one edge of the triangles reaches over; 0 for other strokes. The
@@ -534,7 +537,7 @@ Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile);
 double most_turn_of_an_edge_deg(const Stroke& stroke, std::span<const Vec3d> positions,
                                 std::span<const Triangle> triangles);
 
-// Returns one sentence with the figure that would do if is_too_thin, else nothing.
+// Returns one sentence with the figure that would do if is_too_thin, or if a gauge is far from the check's, or nothing.
 std::optional<std::string> zone_warning(const Stroke& stroke, const ZoneProfile& profile);
 
 // Returns the greatest `outer` with which an implicit, points, rotate or stretch stroke moves none of the points that
