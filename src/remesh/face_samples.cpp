@@ -71,7 +71,8 @@ void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before,
   for (std::size_t i = 0; i < 4; ++i) divide(face, parts_before[i], parts_after[i], depth + 1);
 }
 
-std::optional<std::vector<std::uint32_t>> FaceSamples::deviating_faces(double distance) const {
+std::optional<std::vector<std::uint32_t>> FaceSamples::deviating_faces(double distance,
+                                                                       const DistanceOf& distance_of) const {
   if (static_cast<double>(before_.size()) > max_samples_) return std::nullopt;
   std::vector<Vec3d> carried = before_;
   std::size_t batch = kFirstBatch;
@@ -85,7 +86,7 @@ std::optional<std::vector<std::uint32_t>> FaceSamples::deviating_faces(double di
   for (std::size_t i = 0; i < carried.size(); ++i) {
     // A sample that does not move is correct, although the centre of the face is rounded.
     const bool rests = carried[i] == before_[i] && norm(after_[i] - before_[i]) <= distance;
-    if (rests || norm(carried[i] - after_[i]) <= distance) continue;
+    if (rests || distance_of(faces_[i], carried[i] - after_[i]) <= distance) continue;
     if (found.empty() || found.back() != faces_[i]) found.push_back(faces_[i]);
   }
   return found;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -26,9 +27,10 @@ class FaceSamples {
   void add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after);
 
   // Returns the faces, in the order in which they were added, with a sample that the deformation moves farther than
-  // `distance` from its point on the flat face after. Returns nothing if this is more work than
-  // deformation.points_left() allows, which it asks repeatedly.
-  std::optional<std::vector<std::uint32_t>> deviating_faces(double distance) const;
+  // `distance` from its point on the flat face after: distance_of(face, deviation) says how far. Returns nothing if
+  // this is more work than deformation.points_left() allows, which it asks repeatedly.
+  using DistanceOf = std::function<double(std::uint32_t, const Vec3d&)>;
+  std::optional<std::vector<std::uint32_t>> deviating_faces(double distance, const DistanceOf& distance_of) const;
 
   // Throws RemeshLimit: sampling is more work than `max_vertices` allows.
   [[noreturn]] void refuse(std::size_t max_vertices) const;

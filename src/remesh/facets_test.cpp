@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -187,6 +188,30 @@ TEST(FlatFaces, AreFollowedExactlyByTheirFewTriangles) {
   for (Vec3d& p : bar.positions) p.x -= 15;
   bend.extent = BendWidth{20};
   expect_exact_image(bar, bend);
+}
+
+// The upright edges of its wall stay straight under the bend, but points slide along them.
+TEST(FlatFaces, AWallIsNotSplitAcrossEdgesThatStayStraight) {
+  std::vector<Vec3d> outline;
+  for (int i = 0; i < 96; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 96;
+    outline.push_back({10 * std::cos(angle), 10 * std::sin(angle), 0});
+  }
+  Mesh disc = in_triangles(prism(outline));
+  for (Vec3d& p : disc.positions) p.z *= 4;
+  CurveStroke curve;
+  curve.from = {{-10, 0, 2}, {10, 0, 2}};
+  curve.axis = {0, 1, 0};
+  curve.angle_deg = 10;
+  expect_exact_image(disc, curve);
+  const Deformed deformed(disc, curve);
+  Mesh back = deformed.remeshed().mesh;
+  AdvectOptions options;
+  options.tolerance = 1e-6;
+  advect(inverse(deformed.flow()), back.positions, options);
+  EXPECT_GT(back.vertex_count(), 192U) << "the flat faces are split";
+  const auto within = [](const Vec3d& p) { return p.z > 0.1 && p.z < 3.9; };
+  EXPECT_EQ(std::count_if(back.positions.begin(), back.positions.end(), within), 0);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -153,7 +154,8 @@ void collapse_short_edges(Improver& improver, double shortest, int threads, cons
     if (improver.must_end()) break;
     const std::uint32_t h = s.halfedge[e];
     if (h == kNone || norm2(s.after[s.target(h)] - s.after[s.origin(h)]) >= shortest * shortest) continue;
-    improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(improver, h)), bounds);
+    improver.collapse_edge(
+        h, [&] { return std::min(kMoveBelow, edge_quality(improver, h)); }, bounds);
   }
 }
 
@@ -202,15 +204,16 @@ bool repair_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   }
   const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
   if (improver.flip_edge(edges[2], bounds)) return true;
-  std::array<double, 3> stars{};  // of the origins of half-edges 3 f to 3 f + 2
-  for (std::size_t i = 0; i < 3; ++i) {
+  std::array<std::optional<double>, 3> stars{};  // of the origins of half-edges 3 f to 3 f + 2
+  const auto star_of = [&](std::size_t i) {
     const std::uint32_t v = s.corner[3 * static_cast<std::size_t>(f) + i];
-    stars[i] = star_quality(s, v, s.after[v], {});
-  }
+    if (!stars[i]) stars[i] = star_quality(s, v, s.after[v], {});
+    return *stars[i];
+  };
   for (const std::uint32_t h : edges) {
     // If other triangles around are worse, removing two faces is an improvement.
-    const double around = std::min(stars[h % 3], stars[(h + 1) % 3]);
-    if (improver.collapse_edge(h, std::min(std::max(1.5 * was, 1e-3), around), bounds)) return true;
+    const auto least = [&] { return std::min({std::max(1.5 * was, 1e-3), star_of(h % 3), star_of((h + 1) % 3)}); };
+    if (improver.collapse_edge(h, least, bounds)) return true;
   }
   for (const std::uint32_t v : s.triangle(f)) {
     if (improver.move_vertex(v, bounds) == Attempt::done || improver.search_vertex(v, bounds)) return true;
@@ -241,19 +244,24 @@ struct RepairLevel {
 };
 
 // Repairs the poor faces; splits those that no other change improves, if that is allowed. Returns true if a face was
-// changed.
-bool repair_round(Improver& improver, const PoorFaces& poor, const RepairLevel& level, bool may_split) {
+// changed. What a guard refuses depends on other faces, too, so with one every face is tried again.
+bool repair_round(Improver& improver, const Improvement& task, const PoorFaces& poor, const RepairLevel& level,
+                  bool may_split) {
   Surface& s = improver.surface();
+  SurfaceMemory& memory = *task.memory;
+  memory.begin_repairs(may_split);
   bool changed = false;
   for (const auto& [q, f] : poor) {
     if (improver.must_end()) break;
     if (!s.is_alive(f) || improver.quality_of(f) >= level.below) continue;
+    if (task.guard == nullptr && memory.is_refused(s, f)) continue;
     Bounds own = level.bounds;
     own.distance = s.is_of_part(f) ? std::min(own.distance, level.max_part_distance)
                                    : std::max(own.distance, level.edge_share * longest_length(s, f));
     if (may_split) own.crease *= 1.5;
     const bool is_repaired =
         repair_face(improver, f, own) || (may_split && improver.split_chord(longest_edge(s, f, s.after)));
+    if (!is_repaired) memory.refuse(f);
     changed = is_repaired || changed;
   }
   return changed;
@@ -346,8 +354,9 @@ ImprovementCounts repair_crossings(Surface& surface, const Improvement& improvem
     if (improver.must_end()) break;
     if (!surface.is_alive(f)) continue;
     const std::array<std::uint32_t, 3> edges = edges_by_length(surface, f);
-    if (improver.collapse_edge(edges[0], kMinRepaired, bounds)) continue;
-    if (improver.collapse_edge(edges[1], kMinRepaired, bounds)) continue;
+    const auto least = [] { return kMinRepaired; };
+    if (improver.collapse_edge(edges[0], least, bounds)) continue;
+    if (improver.collapse_edge(edges[1], least, bounds)) continue;
     if (improver.flip_edge(edges[2], bounds) || improver.flip_edge(edges[1], bounds)) continue;
     for (const std::uint32_t v : surface.triangle(f)) improver.move_vertex(v, bounds);
   }
@@ -383,7 +392,7 @@ ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improv
   const std::size_t max_faces = kMaxFaceGrowth * (surface.face_count() + kFewFaces);
   Improver improver(surface, task);
   for (int i = 0; i < 2 * kRepairRounds && surface.face_count() < max_faces && !improver.must_end(); ++i) {
-    if (!repair_round(improver, find_poor_faces(improver, level.below, true), level, true)) break;
+    if (!repair_round(improver, task, find_poor_faces(improver, level.below, true), level, true)) break;
   }
   return improver.counts();
 }
@@ -413,7 +422,7 @@ ImprovementCounts repair_triangles(Surface& surface, const Improvement& improvem
   // would then go on without end.
   const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
   for (int i = 0; i < rounds && !improver.must_end(); ++i) {
-    if (!repair_round(improver, poor, at, may_split && poor.size() <= few)) break;
+    if (!repair_round(improver, task, poor, at, may_split && poor.size() <= few)) break;
     poor = find_poor_faces(improver, at.below);
   }
   return improver.counts();

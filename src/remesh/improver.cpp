@@ -55,6 +55,9 @@ void halve(const Surface& s, std::span<std::uint32_t> vertices, std::size_t half
 void SurfaceMemory::begin(const Surface& s, int threads) {
   edge_rests_.clear();
   vertex_rests_.clear();
+  round_ = 0;
+  refused_.clear();
+  changed_.clear();
   add_new(s);
   measure(s, threads);
 }
@@ -72,6 +75,18 @@ void SurfaceMemory::add_new(const Surface& s) {
   quality_.resize(s.face_count(), -1);
   edge_rests_.resize(s.halfedge.size(), 0);
   vertex_rests_.resize(s.vertex_count(), 0);
+  refused_.resize(s.face_count(), 0);
+  changed_.resize(s.vertex_count(), 0);
+}
+
+void SurfaceMemory::begin_repairs(bool may_split) {
+  ++round_;
+  if (std::exchange(splits_, may_split) != may_split) std::fill(refused_.begin(), refused_.end(), 0);
+}
+
+bool SurfaceMemory::is_refused(const Surface& s, std::uint32_t f) const {
+  const Triangle t = s.triangle(f);
+  return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return changed_[v] < refused_[f]; });
 }
 
 void SurfaceMemory::forget_around(const Surface& s, std::uint32_t v) {
@@ -84,6 +99,16 @@ void SurfaceMemory::forget_around(const Surface& s, std::uint32_t v) {
     vertex_rests_[s.apex(h)] = 0;
   });
   vertex_rests_[v] = 0;
+  if (round_ == 0) return;
+  const auto mark_around = [&](std::uint32_t w) {
+    changed_[w] = round_;
+    s.for_each_outgoing(w, [&](std::uint32_t h) { changed_[s.target(h)] = changed_[s.apex(h)] = round_; });
+  };
+  mark_around(v);
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    mark_around(s.target(h));
+    mark_around(s.apex(h));
+  });
 }
 
 Improver::Improver(Surface& surface, const Improvement& improvement)
@@ -298,13 +323,16 @@ void Improver::evaluate_merge(Merge& merge, double least_quality, const Bounds& 
   if (!is_far(a) && !is_far(b)) merge.quality = least;
 }
 
-bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds) {
+bool Improver::collapse_edge(std::uint32_t h, const std::function<double()>& least_quality, const Bounds& bounds) {
   if (!may_collapse_ || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
+  std::vector<Merge> merges = plan_merges(h, bounds);
+  if (merges.empty()) return false;
+  const double least = least_quality();
   Merge best;
-  for (Merge& merge : plan_merges(h, bounds)) {
+  for (Merge& merge : merges) {
     // The first candidate keeps the volume; if it is good, the others are not needed.
-    if (best.quality >= least_quality) break;
-    evaluate_merge(merge, least_quality, bounds);
+    if (best.quality >= least) break;
+    evaluate_merge(merge, least, bounds);
     if (merge.quality > best.quality && can_collapse(s_, merge.halfedge)) best = merge;
   }
   if (best.halfedge == kNone || !may_merge(best)) return false;

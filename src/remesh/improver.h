@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -24,7 +25,7 @@ struct Bounds {
 // Where a vertex may move: anywhere, along its crease, or not at all.
 enum class Freedom { free, on_crease, none };
 
-// Remembers qualities of faces and failed attempts, so that nothing is computed again where nothing has changed.
+// Remembers qualities of faces and refused attempts, so that nothing is computed again where nothing has changed.
 class SurfaceMemory {
  public:
   // Measures the faces that are not known, and forgets which edges and vertices rest. Must be called first.
@@ -46,6 +47,12 @@ class SurfaceMemory {
   void let_edge_rest(std::size_t e) { edge_rests_[e] = 1; }
   void let_vertex_rest(std::size_t v) { vertex_rests_[v] = 1; }
 
+  // Begins a round of repairs in one thread, by splits as well or without. A repair that was refused would be refused
+  // again by the same means until a star changes, of a corner or of a neighbour of one.
+  void begin_repairs(bool may_split);
+  bool is_refused(const Surface& s, std::uint32_t f) const;
+  void refuse(std::uint32_t f) { refused_[f] = round_; }
+
   // Must be called first after a split.
   void add_new(const Surface& s);
   // Must be called when the faces around v have changed.
@@ -55,6 +62,10 @@ class SurfaceMemory {
   std::vector<double> quality_;  // of each face; below 0: not known
   std::vector<std::uint8_t> edge_rests_;
   std::vector<std::uint8_t> vertex_rests_;
+  std::uint32_t round_ = 0;  // of repairs, from 1; 0: not repairing
+  bool splits_ = false;
+  std::vector<std::uint32_t> refused_;  // of each face: the last round in which its repair was refused; 0: none
+  std::vector<std::uint32_t> changed_;  // of each vertex: the last round in which its star or a neighbour's changed
 };
 
 // The result of an attempt to change a surface.
@@ -76,8 +87,9 @@ class Improver {
 
   // Replaces the edge of h by the other diagonal of its two faces.
   bool flip_edge(std::uint32_t h, const Bounds& bounds) { return gains_by_flip(h) && try_flip(h, bounds); }
-  // Collapses the edge of h if all triangles around it then have at least this quality.
-  bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
+  // Collapses the edge of h if all triangles around it then have at least this quality, which it asks for only where
+  // the edge may be collapsed.
+  bool collapse_edge(std::uint32_t h, const std::function<double()>& least_quality, const Bounds& bounds);
   // Moves the vertex towards the mean of its neighbours.
   Attempt move_vertex(std::uint32_t v, const Bounds& bounds);
   // Moves the vertex to the best of many positions in all tangential directions.

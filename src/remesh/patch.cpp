@@ -96,7 +96,8 @@ std::vector<std::uint8_t> find_faces(const Mesh& before, const std::vector<std::
       const std::array<Vec3d, 3> corners{before.positions[t[0]], before.positions[t[1]], before.positions[t[2]]};
       large.add(f, corners, corners);
     }
-    const std::optional<std::vector<std::uint32_t>> deviating = large.deviating_faces(0);
+    const std::optional<std::vector<std::uint32_t>> deviating =
+        large.deviating_faces(0, [](std::uint32_t /*face*/, const Vec3d& deviation) { return norm(deviation); });
     if (!deviating) large.refuse(options.targets.max_vertices);
     for (const std::uint32_t f : *deviating) touched[f] = 1;
   }
@@ -388,7 +389,9 @@ Patch extract_patch(const Mesh& before, std::span<const Vec3d> after, const Defo
     s.before.push_back(before.positions[v]);
     s.after.push_back(after[v]);
   }
-  take_values(columns_of(before, Domain::vertex), places, patch.vertex_source, s.vertex_values);
+  const Columns columns = columns_of(before, Domain::vertex);
+  take_values(columns, places, patch.vertex_source, s.vertex_values);
+  s.has_attributes = columns.stride + columns_of(before, Domain::corner).stride > 0;
   take_faces(before, number, options.progress, patch);
   stop_if_cancelled(options.progress);
   connect_patch(before, number, options.progress, patch);

@@ -30,6 +30,7 @@ constexpr int kMaxLimitRounds = 60;
 constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: the target for features
 constexpr double kCapCosine = -0.6;        // of 127 degrees: split the longest edge of such a triangle first
 constexpr double kMinLengthShare = 1e-2;   // of max_chord: half the length below which edges are not split
+constexpr double kMaxSlide = 0.25;         // of an edge: how far its middle may slide within a flat face
 
 constexpr std::size_t kEdgeGrain = 8192;  // edges or vertices that a thread takes at a time
 
@@ -164,7 +165,7 @@ double Refinement::pieces(std::uint32_t e, const Slack& slack) const {
   const Vec3d half = (s_.after[s_.target(h)] - s_.after[s_.origin(h)]) * 0.5;
   const double length = norm(half + deviation_[e]) + norm(half - deviation_[e]);
   const double by_length = length / (targets_.max_edge * slack.edge);
-  const double by_chord = std::sqrt(norm(deviation_[e]) / (targets_.max_chord * slack.chord));
+  const double by_chord = std::sqrt(distance_from_image(e) / (targets_.max_chord * slack.chord));
   const double max_pieces = std::min(length, std::sqrt(length2(e, s_.before))) / min_length_;
   return std::max(1.0, std::min(std::max(by_length, by_chord), max_pieces));
 }
@@ -328,10 +329,33 @@ bool Refinement::is_moved(std::uint32_t e) const {
   return deviation_[e] != Vec3d{} || s_.before[a] != s_.after[a] || s_.before[b] != s_.after[b];
 }
 
+// Returns how far a point is from a face that should be there. On a flat face of a part it does not count that the
+// point slides within the face: the surface stays the same. Values that points have would slide, too.
+double Refinement::distance_from_face(std::uint32_t f, const Vec3d& deviation) const {
+  const std::uint32_t longest = longest_edge(s_, f, s_.after);
+  const double length2 = norm2(s_.after[s_.target(longest)] - s_.after[s_.origin(longest)]);
+  const Vec3d n = area_vector(s_, f, s_.after);
+  const bool counts = s_.has_attributes || !s_.is_of_part(f) || !(norm2(n) > 0);
+  if (counts || !(norm2(deviation) < kMaxSlide * kMaxSlide * length2)) return norm(deviation);
+  return std::abs(dot(deviation, n)) / norm(n);
+}
+
+// Returns how far the edge is from its image in the middle, which may slide along an edge between flat faces of parts.
+double Refinement::distance_from_image(std::uint32_t e) const {
+  const std::uint32_t h = s_.halfedge[e];
+  const std::uint32_t o = s_.opposite[h];
+  const Vec3d& d = deviation_[e];
+  const Vec3d edge = s_.after[s_.target(h)] - s_.after[s_.origin(h)];
+  const bool is_between_parts = o != kNone && s_.is_of_part(h / 3) && s_.is_of_part(o / 3);
+  if (s_.has_attributes || !is_between_parts || !(norm2(d) < kMaxSlide * kMaxSlide * norm2(edge))) return norm(d);
+  if ((s_.edge_flags[e] & (kFeature | kBend)) != 0) return norm(cross(d, edge)) / norm(edge);
+  return std::max(distance_from_face(h / 3, d), distance_from_face(o / 3, d));
+}
+
 bool Refinement::needs_split(std::uint32_t e, const std::vector<Vec3d>& normals) const {
   const bool is_feature = (s_.edge_flags[e] & kFeature) != 0;
   const double chord = targets_.max_chord * (is_feature ? kFeatureShare : 1.0);
-  if (norm2(deviation_[e]) > chord * chord) return true;
+  if (distance_from_image(e) > chord) return true;
   const bool moves = is_moved(e);
   if (!moves && !whole_) return false;
   const double size2 = length2(e, s_.after);
@@ -379,7 +403,8 @@ std::optional<std::vector<std::uint32_t>> Refinement::find_edges_of_large_faces(
     const auto [a, b, c] = s_.triangle(f);
     samples.add(f, {s_.before[a], s_.before[b], s_.before[c]}, {s_.after[a], s_.after[b], s_.after[c]});
   }
-  const std::optional<std::vector<std::uint32_t>> deviating = samples.deviating_faces(targets_.max_chord);
+  const std::optional<std::vector<std::uint32_t>> deviating = samples.deviating_faces(
+      targets_.max_chord, [&](std::uint32_t f, const Vec3d& d) { return distance_from_face(f, d); });
   if (!deviating) {
     if (may_refuse_) samples.refuse(targets_.max_vertices);
     return std::nullopt;

@@ -104,6 +104,8 @@ class Refinement {
   std::vector<std::uint32_t> find_marked(const std::vector<bool>& forced);
   std::optional<std::vector<std::uint32_t>> find_edges_of_large_faces() const;
   bool is_moved(std::uint32_t e) const;
+  double distance_from_image(std::uint32_t e) const;
+  double distance_from_face(std::uint32_t f, const Vec3d& deviation) const;
   // `normals`: those of the vertices after the deformation.
   bool needs_split(std::uint32_t e, const std::vector<Vec3d>& normals) const;
   std::vector<std::uint32_t> with_longest_of_caps(const std::vector<std::uint32_t>& marked) const;

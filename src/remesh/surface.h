@@ -68,6 +68,7 @@ struct Surface {
   std::vector<Vec3d> after;
   Values vertex_values;
   Values corner_values;
+  bool has_attributes = false;  // other values than places
 
   std::size_t face_count() const { return face_source.size(); }
   std::size_t vertex_count() const { return after.size(); }

@@ -28,9 +28,11 @@ export class ScreenKeyboard {
     this.field.setSelectionRange(filler.length, filler.length);
   }
 
-  // Whether the field gets this key: those that write do.
-  takes({ key }) {
-    return this.isOpen() && !['Enter', 'Escape', 'Tab'].includes(key);
+  // Whether the field gets this key: those that write do. A tablet may have a keyboard of keys as well, whose others
+  // (arrows, Ctrl+A) are Studio's.
+  takes({ key, ctrlKey, metaKey }) {
+    const isWriting = Array.from(key).length === 1 || ['Backspace', 'Dead', 'Process', 'Unidentified'].includes(key);
+    return this.isOpen() && isWriting && !ctrlKey && !metaKey;
   }
 
   take() {

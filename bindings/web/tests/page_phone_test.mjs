@@ -89,6 +89,29 @@ describe('the page on a phone', { skip }, () => {
     assert.deepEqual(tab.problems, []);
   });
 
+  it('a keyboard that corrects a word, arrows and Ctrl+A act on the text', async (test) => {
+    const { tab, tap, swipe } = await openPhone(test);
+    await tab.keyboard.press('u'); // print
+    await settle(tab);
+    await tap({ x: 290, y: 762 });
+    await tab.keyboard.press('Control+a');
+    await tab.keyboard.insertText('teh');
+    await tab.evaluate(() => {
+      const field = document.getElementById('keyboard');
+      field.value = `${field.value.slice(0, -2)}he`;
+      field.dispatchEvent(new Event('input'));
+    });
+    await tab.keyboard.press('ArrowLeft');
+    await tab.keyboard.insertText('m');
+    await settle(tab, 40);
+    await tap({ x: 100, y: 640 });
+    await swipe(middle, { x: 220, y: 355 });
+    await settle(tab, 30);
+    const made = JSON.parse(strokes(await save(tab, 'print')).at(-1));
+    assert.equal(made.text, 'thme', await tab.textContent('#message'));
+    assert.deepEqual(tab.problems, []);
+  });
+
   it('the dialog to open takes a file that the browser chooses', async (test) => {
     const { tab, tap } = await openPhone(test);
     await tab.keyboard.press('Control+o');

@@ -44,14 +44,14 @@ namespace knead::studio {
 struct KeyInput {
   std::string key;
   bool down = false;
+  Modifiers modifiers;
 };
 
 // What Dear ImGui has not been told yet.
 struct PageInput {
   double wheel = 0;
   Modifiers modifiers;
-  std::deque<KeyInput> keys;
-  std::vector<unsigned> text;  // code points
+  std::deque<std::variant<KeyInput, unsigned>> typed;  // keys and the code points of letters
 };
 
 struct WindowState {
@@ -155,18 +155,30 @@ constexpr std::array<NamedKey, 22> kKeys{{{"Tab", ImGuiKey_Tab},
                                           {"Y", ImGuiKey_Y},
                                           {"Z", ImGuiKey_Z}}};
 
-// Dear ImGui looks at the keys once a picture: of one that changes twice it gets the second change in the next.
-void take_keys(PageInput& input) {
+// Gives Dear ImGui what was typed, in order. It looks at letters, keys and modifiers once a picture, at letters first:
+// those after a key, a key that changes twice, and keys with other modifiers wait for the next picture.
+void take_typed(PageInput& input) {
   std::vector<ImGuiKey> changed;
-  while (!input.keys.empty()) {
-    const auto found = std::find_if(kKeys.begin(), kKeys.end(),
-                                    [&](const NamedKey& named) { return named.name == input.keys.front().key; });
-    if (found != kKeys.end()) {
-      if (std::find(changed.begin(), changed.end(), found->key) != changed.end()) return;
-      set_key(found->key, input.keys.front().down);
-      changed.push_back(found->key);
+  const auto* const first = input.typed.empty() ? nullptr : std::get_if<KeyInput>(&input.typed.front());
+  const Modifiers modifiers = first != nullptr ? first->modifiers : input.modifiers;
+  set_modifiers(modifiers);
+  while (!input.typed.empty()) {
+    if (const auto* letter = std::get_if<unsigned>(&input.typed.front())) {
+      if (!changed.empty()) return;
+      ImGui::GetIO().AddInputCharacter(*letter);
+    } else {
+      const KeyInput& own = std::get<KeyInput>(input.typed.front());
+      const auto found =
+          std::find_if(kKeys.begin(), kKeys.end(), [&](const NamedKey& named) { return named.name == own.key; });
+      const bool is_letter = own.down && own.key.size() == 1 && !own.modifiers.ctrl;  // the letter itself comes as well
+      if (found != kKeys.end() && !is_letter) {
+        const bool is_again = std::find(changed.begin(), changed.end(), found->key) != changed.end();
+        if (is_again || own.modifiers != modifiers) return;
+        set_key(found->key, own.down);
+        changed.push_back(found->key);
+      }
     }
-    input.keys.pop_front();
+    input.typed.pop_front();
   }
 }
 
@@ -190,10 +202,10 @@ void GuiBackend::begin_frame(const Window& window) {
   if (the_state().is_lifted && the_state().events.empty()) io.MousePos = {-FLT_MAX, -FLT_MAX};
   PageInput& input = the_state().input;
   io.MouseWheel += static_cast<float>(std::exchange(input.wheel, 0));
-  set_modifiers(input.modifiers);
-  if (the_state().events.empty()) {  // else what is typed may be for what will be clicked
-    take_keys(input);
-    for (const unsigned code : std::exchange(input.text, {})) io.AddInputCharacter(code);
+  if (the_state().events.empty()) {
+    take_typed(input);
+  } else {  // what is typed may be for what will be clicked
+    set_modifiers(input.modifiers);
   }
   ImGui_ImplOpenGL3_NewFrame();
 }
@@ -250,7 +262,7 @@ EMSCRIPTEN_KEEPALIVE void studio_wheel(double steps, int modifiers) {
 EMSCRIPTEN_KEEPALIVE void studio_key(const char* name, int down, int modifiers) {
   WindowState& state = the_state();
   state.input.modifiers = modifiers_of(modifiers);
-  state.input.keys.push_back({name, down != 0});
+  state.input.typed.emplace_back(KeyInput{name, down != 0, modifiers_of(modifiers)});
   state.events.emplace_back(KeyChanged{name, down != 0, modifiers_of(modifiers)});
 }
 
@@ -263,7 +275,7 @@ EMSCRIPTEN_KEEPALIVE int studio_scroll(double x, double y, double by) { return G
 // Returns whether a text is edited.
 EMSCRIPTEN_KEEPALIVE int studio_wants_text() { return ImGui::GetIO().WantTextInput ? 1 : 0; }
 
-EMSCRIPTEN_KEEPALIVE void studio_text(unsigned code_point) { the_state().input.text.push_back(code_point); }
+EMSCRIPTEN_KEEPALIVE void studio_text(unsigned code_point) { the_state().input.typed.emplace_back(code_point); }
 
 // Paths, a line each.
 EMSCRIPTEN_KEEPALIVE void studio_drop(const char* paths) {
