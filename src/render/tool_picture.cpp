@@ -390,6 +390,7 @@ void add_line(const Line& line, const Placement& placement, DrawSurface& surface
     if (!(length > 0) || !std::isfinite(length)) continue;
     const Frame frame = frame_along(to - from, sides);
     add_band({from, radius, 0}, {to, radius, 0}, frame, color, surface);
+    if (!line.round) continue;
     add_ball(from, radius, frame, color, surface);
     if (!line.closed && i + 1 == pieces) add_ball(to, radius, frame, color, surface);
   }

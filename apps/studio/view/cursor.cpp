@@ -228,7 +228,8 @@ void add_outline(const Studio& studio, const CursorPlace& place, std::span<const
     lines.push_back(
         {.points = {place.center + right * from[0] + up * from[1], place.center + right * to[0] + up * to[1]},
          .radius = thickness,
-         .color = studio.preferences().outer_ring});
+         .color = studio.preferences().outer_ring,
+         .round = false});  // a thousand of them are drawn for every place of the pointer
   }
 }
 

@@ -235,6 +235,7 @@ struct Line {
   double radius = 0.005;
   bool closed = false;
   Color color{0.15f, 0.15f, 0.20f, 1};
+  bool round = true;  // with balls at its points
 
   friend bool operator==(const Line&, const Line&) = default;
 };
