@@ -83,6 +83,11 @@ TEST_F(LiveToolsTest, RodsShineThroughAndCoverInFront) {
   const Pixel shown = at(picture(scene), kWidth / 2, 100);
   EXPECT_LT(shown.red, hidden.red);
   EXPECT_GT(shown.blue, 120);
+  const Image round = picture(scene);
+  scene.lines[0].round = false;
+  const Image blunt = picture(scene);
+  EXPECT_EQ(at(blunt, kWidth / 2, 100).red, shown.red);
+  EXPECT_GT(largest_difference(blunt, round), 10) << "at its ends";
 }
 
 TEST_F(LiveToolsTest, CutIsClosedAndInItsColor) {
