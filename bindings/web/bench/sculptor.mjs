@@ -1,6 +1,6 @@
 // Prints start, steps of a drag and memory of Studio's page beside those of the sculptor that three.js ships, in one run,
 // with the same shape and the same movements of the pointer: node bench/sculptor.mjs SHAPE.ply [RUNS]. Studio has its tool
-// Move, three.js its drag with a brush as large.
+// Move, three.js its drag with a brush about as large.
 import { copyFileSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
@@ -32,7 +32,7 @@ window.bring = async () => {
   camera.lookAt(center);
   const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial());
   scene.add(mesh);
-  const sculptor = new Sculptor(mesh, camera).setTool('drag');
+  const sculptor = new Sculptor(mesh, camera).setTool('drag').setSize(70);
   sculptor.connect(renderer.domElement);
   window.changes = 0;
   sculptor.addEventListener('change', () => ++window.changes);
