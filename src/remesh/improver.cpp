@@ -79,16 +79,6 @@ void SurfaceMemory::add_new(const Surface& s) {
   changed_.resize(s.vertex_count(), 0);
 }
 
-void SurfaceMemory::begin_repairs(bool may_split) {
-  ++round_;
-  if (std::exchange(splits_, may_split) != may_split) std::fill(refused_.begin(), refused_.end(), 0);
-}
-
-bool SurfaceMemory::is_refused(const Surface& s, std::uint32_t f) const {
-  const Triangle t = s.triangle(f);
-  return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return changed_[v] < refused_[f]; });
-}
-
 void SurfaceMemory::forget_around(const Surface& s, std::uint32_t v) {
   s.for_each_outgoing(v, [&](std::uint32_t h) {
     quality_[h / 3] = -1;
@@ -100,14 +90,10 @@ void SurfaceMemory::forget_around(const Surface& s, std::uint32_t v) {
   });
   vertex_rests_[v] = 0;
   if (round_ == 0) return;
-  const auto mark_around = [&](std::uint32_t w) {
-    changed_[w] = round_;
-    s.for_each_outgoing(w, [&](std::uint32_t h) { changed_[s.target(h)] = changed_[s.apex(h)] = round_; });
-  };
-  mark_around(v);
   s.for_each_outgoing(v, [&](std::uint32_t h) {
-    mark_around(s.target(h));
-    mark_around(s.apex(h));
+    for (const std::uint32_t w : {s.target(h), s.apex(h)}) {
+      s.for_each_outgoing(w, [&](std::uint32_t k) { changed_[s.target(k)] = changed_[s.apex(k)] = round_; });
+    }
   });
 }
 

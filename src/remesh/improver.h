@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "remesh/crossings.h"
@@ -49,8 +50,14 @@ class SurfaceMemory {
 
   // Begins a round of repairs in one thread, by splits as well or without. A repair that was refused would be refused
   // again by the same means until a star changes, of a corner or of a neighbour of one.
-  void begin_repairs(bool may_split);
-  bool is_refused(const Surface& s, std::uint32_t f) const;
+  void begin_repairs(bool may_split) {
+    ++round_;
+    if (std::exchange(splits_, may_split) != may_split) std::fill(refused_.begin(), refused_.end(), 0);
+  }
+  bool is_refused(const Surface& s, std::uint32_t f) const {
+    const Triangle t = s.triangle(f);
+    return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return changed_[v] < refused_[f]; });
+  }
   void refuse(std::uint32_t f) { refused_[f] = round_; }
 
   // Must be called first after a split.

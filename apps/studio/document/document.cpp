@@ -381,10 +381,10 @@ void Document::count_poor_triangles() {
   if (shown_.poor_triangles * kFewOf < deformed) shown_.poor_triangles = 0;
 }
 
-// Applies the last stroke again, in idle time, which whatever comes cancels: text takes seconds on a page.
+// A stroke that took long is not applied again for this.
 void Document::find_coarse(Progress& progress) {
   constexpr double kMissed = 0.25;
-  constexpr double kMaxSeconds = 10;
+  constexpr double kMaxSeconds = 1;
   const std::vector<std::shared_ptr<const HistoryEntry>> done = history_->done();
   if (done.empty() || done.back()->seconds > kMaxSeconds) return;
   shown_.is_coarse = history_->missed_motion(&progress) > kMissed;
