@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "knead/flow.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
+#include "knead/remesh.h"
 #include "knead/vec.h"
 #include "mesh/edges.h"
 
@@ -93,14 +95,26 @@ void add_steps(const DeformedShape& result, Report& report) {
   report.steps_mean = static_cast<double>(report.vertex_steps) / static_cast<double>(report.vertices);
 }
 
+// Returns true if the triangle is thin and lower than this: corners that are less exact say nothing of its stretch.
+bool is_sliver(const std::array<Vec3d, 3>& p, double min_height) {
+  constexpr double thin = 0.05;  // of the longest edge: 3 degrees
+  const double longest2 = std::max({norm2(p[1] - p[0]), norm2(p[2] - p[1]), norm2(p[0] - p[2])});
+  const double double_area2 = norm2(cross(p[1] - p[0], p[2] - p[0]));
+  const double height = std::min(min_height, thin * std::sqrt(longest2));
+  return double_area2 < height * height * longest2;
+}
+
 std::optional<double> greatest_stretch_of(const Mesh& mesh, const DeformedShape& result) {
   const Provenance* const remeshed = result.provenance();
   const std::vector<Vec3d>& rest = remeshed != nullptr ? remeshed->rest : mesh.positions;
   const std::vector<Vec3d>& now = result.positions();
+  const double min_height = remeshed != nullptr ? kDefaultMaxChord * bounding_box(mesh.positions).diagonal() : 0;
   std::optional<double> greatest;
   for_each_triangle(result.mesh(), rest, [&](const Triangle& t) {
+    const std::array<Vec3d, 3> before{rest[t[0]], rest[t[1]], rest[t[2]]};
+    if (is_sliver(before, min_height)) return;
     const std::array<Vec3d, 3> after{now[t[0]], now[t[1]], now[t[2]]};
-    const std::optional<double> stretch = triangle_stretch({rest[t[0]], rest[t[1]], rest[t[2]]}, after);
+    const std::optional<double> stretch = triangle_stretch(before, after);
     if (stretch) greatest = std::max(*stretch, greatest.value_or(0));
   });
   return greatest;

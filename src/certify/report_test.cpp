@@ -94,6 +94,37 @@ TEST(Report, KnowsTheStretchOfARemeshedShape) {
   }
 }
 
+// The image of its lowest corner is as far from the chord of its longest edge as the remesh allows.
+TEST(Report, TheStretchOfASliverOfARemeshedShapeDoesNotCount) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 2562);
+  Session session;
+  session.strokes.push_back({TwistStroke{{0, 0, 0}, {0, 0, 1}, 60, -0.8, 0.8}});
+  const auto stretch_of = [&](const Mesh& mesh) {
+    ReplayOptions options;
+    options.remesh.settings.emplace().iterations = 0;
+    const ReplayResult result = replay(mesh, session, options);
+    EXPECT_TRUE(result.shape.is_remeshed());
+    return make_report(mesh, result, options, {}).greatest_stretch.value();
+  };
+  Mesh with_slivers;
+  with_slivers.positions = ball.positions;
+  for (const Triangle& t : triangulate(ball)) {
+    if (with_slivers.face_count() % 50 != 0) {
+      with_slivers.add_face(t);
+      continue;
+    }
+    const Vec3d& a = ball.positions[t[0]];
+    const Vec3d& b = ball.positions[t[1]];
+    const Vec3d& c = ball.positions[t[2]];
+    const auto low = static_cast<std::uint32_t>(with_slivers.vertex_count());
+    with_slivers.positions.push_back((a + b) * 0.5 + (c - a) * 1e-3);
+    with_slivers.add_face(Triangle{t[0], t[1], low});
+    with_slivers.add_face(Triangle{t[1], t[2], low});
+    with_slivers.add_face(Triangle{t[2], t[0], low});
+  }
+  EXPECT_NEAR(stretch_of(with_slivers), stretch_of(ball), 0.05);
+}
+
 TEST(Report, HasNoVolumeErrorWhereTheShapeIsOpen) {
   Mesh mesh = make_shape(ShapeKind::sphere, 162);
   mesh.corner_vertex.resize(mesh.corner_vertex.size() - 3);

@@ -76,6 +76,7 @@ constexpr double kSameValue = 1e-6;              // of attributes, relative
 constexpr double kNoValue = 1e-9;                // smaller ones are equal to kSameValue of this
 constexpr std::size_t kMaxFlatFaceGrowth = 8;    // factor by which good triangles may increase the number of faces
 constexpr std::size_t kFewFlatFaces = 1000;      // added before that factor
+constexpr std::size_t kMaxStripTriangles = 8;    // a flat face of more has fine edges opposite to long ones
 const double kBesideEdge = -0.5 * std::sqrt(3);  // cosine of 150 degrees: a vertex that sees an edge so is too near it
 
 // Divides the flat faces of parts. A triangle is thin below kNarrowQuality.
@@ -86,7 +87,18 @@ class FlatFaces {
         task_(task),
         max_edge2_(max_edge * max_edge),
         flips_(s),
-        max_faces_(kMaxFlatFaceGrowth * (s.face_count() + kFewFlatFaces)) {}
+        max_faces_(kMaxFlatFaceGrowth * (s.face_count() + kFewFlatFaces)),
+        is_strip_(s.of_part.size(), 0) {
+    DisjointSets sets(s.face_count());
+    for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+      if (!flips_.is_border(h)) sets.join(h / 3, s.opposite[h] / 3);
+    }
+    std::vector<std::size_t> triangles(s.face_count(), 0);
+    for (std::uint32_t f = 0; f < s.face_count(); ++f) ++triangles[sets.find(f)];
+    for (std::uint32_t f = 0; f < s.face_count(); ++f) {
+      if (s.is_of_part(f)) is_strip_[s.face_source[f]] = triangles[sets.find(f)] > kMaxStripTriangles ? 0 : 1;
+    }
+  }
 
   ImprovementCounts divide() {
     if (!has_room()) return {};
@@ -132,14 +144,19 @@ class FlatFaces {
     return flips > 0;
   }
 
-  // An edge between faces, or one that is short, is not split for the sake of good triangles; neither is one whose
-  // middle would be close to an edge between faces.
+  // A short edge is not split for the sake of good triangles; neither is one whose middle would be close to an edge
+  // between faces, nor one at the border of a strip: the strips of a finely divided cylinder would divide each other
+  // all around.
   bool may_split(std::uint32_t h) const {
     const bool is_still = !s_.has(s_.origin(h), kRegion) || !s_.has(s_.target(h), kRegion);
     if (is_still || s_.edge_has(h, kLocked)) return false;
     if (length2_of(h) > max_edge2_) return true;
     const double shortest = 2 * task_.targets.max_chord;
-    if (flips_.is_border(h) || length2_of(h) < shortest * shortest) return false;
+    if (length2_of(h) < shortest * shortest) return false;
+    if (flips_.is_border(h)) {
+      const bool is_alone = s_.opposite[h] == kNone || !s_.is_of_part(s_.opposite[h] / 3) || !s_.is_of_part(h / 3);
+      if (is_alone || is_strip_[s_.face_source[h / 3]] != 0) return false;
+    }
     const Vec3d middle = (s_.after[s_.origin(h)] + s_.after[s_.target(h)]) * 0.5;
     const auto is_beside = [&](std::uint32_t side) {
       const Vec3d a = s_.after[s_.origin(side)] - middle;
@@ -183,6 +200,7 @@ class FlatFaces {
   double max_edge2_;
   FlatFlips flips_;
   std::size_t max_faces_;
+  std::vector<std::uint8_t> is_strip_;                         // of each face_source: 1 if its flat face is one
   std::priority_queue<std::pair<double, std::uint32_t>> bad_;  // square of the longest edge, and face
   ImprovementCounts counts_;
 };

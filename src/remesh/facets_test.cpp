@@ -214,5 +214,50 @@ TEST(FlatFaces, AWallIsNotSplitAcrossEdgesThatStayStraight) {
   EXPECT_EQ(std::count_if(back.positions.begin(), back.positions.end(), within), 0);
 }
 
+// A plate with a fine semicircular notch: the notch keeps its narrow strips, and the flat faces get good triangles,
+// although the fine edges lie opposite to a long one.
+TEST(FlatFaces, ANotchKeepsItsStripsAndTheFacesAroundItGetGoodTriangles) {
+  for (const double size : {1e-3, 1.0, 1e3}) {
+    std::vector<Vec3d> outline{{-60, -10, 0}, {60, -10, 0}, {60, 10, 0}};
+    for (int i = 0; i <= 128; ++i) {
+      const double angle = std::numbers::pi * i / 128;
+      outline.push_back({5 * std::cos(angle), 10 - 5 * std::sin(angle), 0});
+    }
+    outline.push_back({-60, 10, 0});
+    Mesh part = in_triangles(prism(outline));
+    for (Vec3d& p : part.positions) p = size * Vec3d{p.x, p.y, 4 * p.z};
+    CurveStroke curve;
+    curve.from = {{-60 * size, 0, 2 * size}, {60 * size, 0, 2 * size}};
+    curve.axis = {0, 1, 0};
+    curve.angle_deg = size == 1 ? 2 : 20;
+    const Deformed deformed(part, curve);
+    const Mesh bent = deformed.remeshed().mesh;
+    Mesh back = bent;
+    AdvectOptions options;
+    options.tolerance = 1e-6 * size;
+    advect(inverse(deformed.flow()), back.positions, options);
+    const auto is_within = [&](const Vec3d& p) {
+      return p.z > 0.1 * size && p.z < 3.9 * size && norm(Vec3d{p.x, p.y - 10 * size, 0}) < 6 * size;
+    };
+    EXPECT_EQ(std::count_if(back.positions.begin(), back.positions.end(), is_within), 0);
+    for (const Vec3d& p : part.positions) {
+      const auto is_there = [&](const Vec3d& q) { return norm(p - q) < 1e-3 * size; };
+      ASSERT_TRUE(std::any_of(back.positions.begin(), back.positions.end(), is_there)) << p.x << " " << p.y;
+    }
+    Remeshed flat;
+    for (const Triangle& t : triangulate(bent)) {
+      const auto is_at = [&](double z) {
+        return std::all_of(t.begin(), t.end(),
+                           [&](auto v) { return std::abs(back.positions[v].z - z * size) < 0.1 * size; });
+      };
+      if (is_at(0) || is_at(4)) flat.mesh.add_face(t);
+    }
+    flat.mesh.positions = bent.positions;
+    flat.moved.assign(bent.vertex_count(), true);
+    EXPECT_GT(test::smallest_moved_angle(flat), 5);
+    EXPECT_LT(bent.face_count(), 4000U);
+  }
+}
+
 }  // namespace
 }  // namespace knead::facets_test

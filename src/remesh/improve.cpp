@@ -104,7 +104,9 @@ double edge_quality(Improver& improver, std::uint32_t h) {
 bool lay_to_rest(Improver& improver, SurfaceMemory& memory, std::uint32_t e) {
   if (memory.edge_rests(e)) return true;
   const std::uint32_t h = improver.surface().halfedge[e];
-  if (h != kNone && edge_quality(improver, h) <= kFlipBelow && improver.gains_by_flip(h)) return false;
+  const auto is_poor = [&](std::uint32_t side) { return side != kNone && improver.is_poor(side / 3, kFlipBelow); };
+  const bool may_gain = h != kNone && (is_poor(h) || is_poor(improver.surface().opposite[h]));
+  if (may_gain && improver.gains_by_flip(h)) return false;
   memory.let_edge_rest(e);
   return true;
 }
@@ -164,8 +166,8 @@ void move_round(Improver& improver, const Improvement& improvement, Blocks& bloc
   SurfaceMemory& memory = *improvement.memory;
   memory.measure(s, improvement.threads);
   std::vector<std::uint8_t> poor(s.vertex_count(), 0);
-  for (std::size_t f = 0; f < s.face_count(); ++f) {
-    if (!s.is_alive(f) || memory.quality(s, f) > kMoveBelow) continue;
+  for (std::uint32_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_alive(f) || !improver.is_poor(f, kMoveBelow)) continue;
     for (const std::uint32_t v : s.triangle(f)) poor[v] = 1;
   }
   blocks.find_inner(s);
@@ -228,8 +230,7 @@ PoorFaces find_poor_faces(Improver& improver, double below, bool of_parts = fals
   PoorFaces poor;
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
     if (!s.is_alive(f) || (of_parts && !s.is_of_part(f))) continue;
-    const double q = improver.quality_of(f);
-    if (q < below) poor.emplace_back(q, f);
+    if (improver.is_poor(f, below)) poor.emplace_back(improver.quality_of(f), f);
   }
   std::sort(poor.begin(), poor.end());
   return poor;
@@ -253,7 +254,7 @@ bool repair_round(Improver& improver, const Improvement& task, const PoorFaces& 
   bool changed = false;
   for (const auto& [q, f] : poor) {
     if (improver.must_end()) break;
-    if (!s.is_alive(f) || improver.quality_of(f) >= level.below) continue;
+    if (!s.is_alive(f) || !improver.is_poor(f, level.below)) continue;
     if (task.guard == nullptr && memory.is_refused(s, f)) continue;
     Bounds own = level.bounds;
     own.distance = s.is_of_part(f) ? std::min(own.distance, level.max_part_distance)
@@ -331,7 +332,7 @@ ImprovementCounts& ImprovementCounts::operator+=(const ImprovementCounts& more) 
   return *this;
 }
 
-void spread_volume(Surface& s, double volume, const std::vector<bool>& locked) {
+void spread_volume(Surface& s, double volume, double max_distance, const std::vector<bool>& locked) {
   if (volume == 0) return;
   const Improver improver(s, {});
   std::vector<std::pair<std::uint32_t, Vec3d>> free;  // with the sum of the area vectors around it
@@ -341,8 +342,9 @@ void spread_volume(Surface& s, double volume, const std::vector<bool>& locked) {
     free.emplace_back(v, star_vector(s, v));
     area += norm(free.back().second);
   }
+  const double distance = std::clamp(6 * volume / area, -max_distance, max_distance);
   for (const auto& [v, star] : free) {
-    if (norm2(star) > 0) s.after[v] += star * (6 * volume / (area * norm(star)));
+    if (norm2(star) > 0) s.after[v] += star * (distance / norm(star));
   }
 }
 

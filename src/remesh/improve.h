@@ -76,14 +76,15 @@ ImprovementCounts improve_flat_faces(Surface& surface, const Improvement& improv
 // Divides the flat faces of parts before a deformation so that their triangles are good and no edge is longer than
 // `max_edge`; the surface and its vertices stay. Splits the longest edges around a bad triangle in their middles, and
 // flips edges to those of a Delaunay triangulation after each split. Splits edges between faces only where they are
-// longer than `max_edge`. `surface.after` must equal `before`.
+// longer than `max_edge`, or the longest beside a bad triangle of a large face. `surface.after` must equal `before`.
 //
 // After M. Rivara and N. Hitschfeld, "LEPP-Delaunay algorithm: a robust tool for producing size-optimal quality
 // triangulations", 8th International Meshing Roundtable, 1999.
 ImprovementCounts divide_flat_faces(Surface& surface, const Improvement& improvement, double max_edge);
 
-// Moves all free vertices but the locked ones a little, so that the volume grows by about `volume`.
-void spread_volume(Surface& surface, double volume, const std::vector<bool>& locked);
+// Moves all free vertices but the locked ones by one distance, so that the volume grows by about `volume`; by less if
+// the distance would be more than `max_distance`.
+void spread_volume(Surface& surface, double volume, double max_distance, const std::vector<bool>& locked);
 
 // Changes these faces of any shape by collapses, flips and moves within the widest bounds. This often ends crossings;
 // the guard accepts only changes that leave fewer crossing pairs.

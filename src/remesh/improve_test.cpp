@@ -61,7 +61,7 @@ TEST(Improve, TrianglesGetBetterAndTheVolumeStays) {
   EXPECT_LT(worst(s), 5);
   double lost = improve(s, improvement()).volume;
   for (int level = 0; level < kRepairLevels; ++level) lost += repair_triangles(s, improvement(), level).volume;
-  spread_volume(s, lost, {});
+  spread_volume(s, lost, kInfinity, {});
   EXPECT_GT(worst(s), 10);
   EXPECT_NEAR(enclosed_volume(s, s.after), volume, 1e-11);
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {

@@ -15,6 +15,8 @@
 
 namespace knead::detail {
 
+inline constexpr double kKeptQuality = 0.9;  // share of what a face of a part had that is good enough
+
 // The limits of one change.
 struct Bounds {
   double distance = 0;  // of a moved vertex from the planes of the faces around it; a length
@@ -117,6 +119,12 @@ class Improver {
   // Returns quality(surface, face, surface.after).
   double quality_of(std::uint32_t face) {
     return memory_ != nullptr ? memory_->quality(s_, face) : quality(s_, face, s_.after);
+  }
+
+  // Returns true if the quality is below this and, in a part, below what keep_quality() has kept.
+  bool is_poor(std::uint32_t face, double below) {
+    const double q = quality_of(face);
+    return q < below && (s_.quality_before.empty() || q < kKeptQuality * s_.quality_before[face]);
   }
 
   // Throws Cancelled if the improvement is cancelled.

@@ -34,8 +34,6 @@ constexpr double kMaxSlide = 0.25;         // of an edge: how far its middle may
 
 constexpr std::size_t kEdgeGrain = 8192;  // edges or vertices that a thread takes at a time
 
-// Returns the sum of the area vectors of the faces around v.
-
 using LongEdge = std::pair<double, std::uint32_t>;  // its negated squared length, and its number
 
 double length2(const Surface& s, std::uint32_t h) { return norm2(s.after[s.target(h)] - s.after[s.origin(h)]); }
@@ -88,6 +86,7 @@ std::vector<LongEdge> edges_to_split(const Surface& s, const RemeshOptions& opti
   return found;
 }
 
+// Returns the sum of the area vectors of the faces around v.
 Vec3d mean_normal(const Surface& s, std::uint32_t v, const std::vector<Vec3d>& positions) {
   Vec3d sum{};
   s.for_each_outgoing(v, [&](std::uint32_t h) { sum += area_vector(s, h / 3, positions); });

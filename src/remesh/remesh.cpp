@@ -29,6 +29,8 @@ using namespace detail;
 
 constexpr int kMaxRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMaxRepairRounds = 4;
+constexpr double kMaxRest = 1e-3;          // of the missing volume that compensation may leave
+constexpr double kNoRest = 1e-9;           // of the cube of the diagonal: near rounding
 constexpr std::size_t kFewPairs = 5;       // that improving can often end where splitting does not
 constexpr double kPlaceMargin = 0.1;       // by which the box of a crossing face is widened, in diagonals
 constexpr int kSteps = 2 + kRepairLevels;  // compensate, improve, then the levels of repair_triangles()
@@ -74,7 +76,8 @@ class Remesher {
   }
 
  private:
-  // Improves the flat faces of parts in the surface before, and carries the vertices that have changed.
+  // Improves the flat faces of parts in the surface before, and carries the vertices that have changed. The thin
+  // faces that remain are those of the part itself.
   ImprovementCounts improve_before(const Deformation& deformation) {
     Surface& s = surface();
     if (improve_ || (options_.targets.iterations == 0 && !options_.exact) ||
@@ -87,6 +90,7 @@ class Remesher {
     const double max_edge = options_.exact ? options_.targets.max_edge : kInfinity;
     const ImprovementCounts done = divide_flat_faces(s, task, max_edge);
     s.before = s.after;
+    if (!options_.whole) keep_quality(s);
     std::vector<std::uint32_t> changed;
     std::vector<Vec3d> points;
     for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
@@ -155,7 +159,7 @@ class Remesher {
       end_step();
       if (deadline_.is_over()) break;
     }
-    spread_volume(surface(), std::exchange(volume_, 0), {});
+    spread(std::exchange(volume_, 0), {});
     Crossings found = search_.find(patch_);
     end_step();
     if (found.pairs > 0) {
@@ -213,15 +217,14 @@ class Remesher {
     end_step();
     start();
     if (!improve_) {
-      found = move_all(std::move(found), [&](const std::vector<bool>& locked) {
-        counts_.compensated_volume = compensate(surface(), refinement_.deviations(), locked, counts_.missing_volume);
-      });
+      found = move_all(std::move(found), [&](const std::vector<bool>& locked) { compensate_missing(locked); });
     }
     end_step();
     if (deadline_.is_over()) return found;
     Crossings unavoidable = found;
     const Surface compensated = surface();
     const RemeshCounts counts = counts_;
+    const double volume = volume_;
     for (int attempt = 1;; ++attempt) {
       const std::vector<Box> more = places_of(found);
       places.insert(places.end(), more.begin(), more.end());
@@ -231,7 +234,7 @@ class Remesher {
       if (found.pairs <= unavoidable.pairs || attempt == kMaxGuards) return give_volume_back(std::move(found));
       surface() = compensated;
       counts_ = counts;
-      volume_ = 0;
+      volume_ = volume;
       if (!ended || deadline_.is_over()) return unavoidable;
     }
   }
@@ -270,8 +273,20 @@ class Remesher {
   // Restores the volume that the steps have lost. Returns the crossings.
   Crossings give_volume_back(Crossings found) {
     if (volume_ == 0) return found;
-    return move_all(std::move(found),
-                    [&](const std::vector<bool>& locked) { spread_volume(surface(), volume_, locked); });
+    return move_all(std::move(found), [&](const std::vector<bool>& locked) { spread(volume_, locked); });
+  }
+
+  void spread(double volume, const std::vector<bool>& locked) {
+    spread_volume(surface(), volume, options_.targets.max_chord, locked);
+  }
+
+  // Compensates the missing volume. Where few vertices may move far enough, all share the rest after the other steps.
+  void compensate_missing(const std::vector<bool>& locked) {
+    const double missing = counts_.missing_volume;
+    counts_.compensated_volume = compensate(surface(), refinement_.deviations(), locked, missing);
+    const double rest = missing - counts_.compensated_volume;
+    const double size = options_.targets.diagonal;
+    volume_ = std::abs(rest) > std::max(kMaxRest * std::abs(missing), kNoRest * size * size * size) ? rest : 0;
   }
 
   Vec3d centre_of(std::uint32_t f) const {
@@ -397,7 +412,7 @@ class Remesher {
     if (improve_) {
       if (step == 1) count(improve_(s, improvement));
     } else if (step == 0) {
-      counts_.compensated_volume = compensate(s, refinement_.deviations(), {}, counts_.missing_volume);
+      compensate_missing({});
     } else {
       count(step == 1 ? improve(s, improvement) : repair_triangles(s, improvement, step - 2));
     }
@@ -443,7 +458,7 @@ class Remesher {
   Refinement refinement_;
   RemeshCounts counts_;
   std::vector<Vec3d> crossing_places_;
-  double volume_ = 0;  // lost by the steps
+  double volume_ = 0;  // that the steps have lost or left out
   bool counts_steps_ = false;
 };
 

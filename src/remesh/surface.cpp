@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace knead::detail {
 
@@ -119,6 +120,7 @@ std::uint32_t append_face(Surface& s, std::uint32_t face) {
   s.opposite.resize(first + 3, kNone);
   s.edge.resize(first + 3, kNone);
   s.face_source.push_back(s.face_source[face]);
+  if (!s.quality_before.empty()) s.quality_before.push_back(s.quality_before[face]);
   s.corner_values.resize(first + 3);
   return first;
 }
@@ -218,6 +220,17 @@ void blend_corners(Surface& s, std::uint32_t h, double t, std::span<const std::u
 }
 
 }  // namespace
+
+void keep_quality(Surface& s) {
+  s.quality_before.assign(s.face_count(), std::numeric_limits<float>::infinity());
+  for (std::uint32_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_of_part(f)) continue;
+    int borders = 0;
+    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h)
+      borders += s.edge_has(h, kFeature) || s.edge_has(h, kBend) ? 1 : 0;
+    if (borders > 1) s.quality_before[f] = static_cast<float>(quality(s, f, s.before));
+  }
+}
 
 std::vector<std::array<std::uint32_t, 2>> connect(Surface& s, const Progress* progress) {
   s.opposite.assign(s.corner.size(), kNone);
