@@ -223,7 +223,7 @@ struct Report {
   double max_displacement = 0;  // of the input's vertices
   // The greatest stretch of a triangle from the input to the result (knead/editor/tools.h); nothing without a triangle
   // that has an area. For a remeshed shape, the positions of new vertices in the input are interpolated, and triangles
-  // do not count that were lower there than kDefaultMaxChord of its diagonal and had an angle below about 3 degrees.
+  // do not count that were lower there than 3e-4 of its diagonal and had an angle below about 3 degrees.
   std::optional<double> greatest_stretch;
   // Triangles that oppose the normals of their vertices now, but did not before. For a remeshed shape: how many more
   // such triangles than in the input.

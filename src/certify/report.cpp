@@ -16,7 +16,6 @@
 #include "knead/flow.h"
 #include "knead/io.h"
 #include "knead/mesh.h"
-#include "knead/remesh.h"
 #include "knead/vec.h"
 #include "mesh/edges.h"
 
@@ -108,7 +107,8 @@ std::optional<double> greatest_stretch_of(const Mesh& mesh, const DeformedShape&
   const Provenance* const remeshed = result.provenance();
   const std::vector<Vec3d>& rest = remeshed != nullptr ? remeshed->rest : mesh.positions;
   const std::vector<Vec3d>& now = result.positions();
-  const double min_height = remeshed != nullptr ? kDefaultMaxChord * bounding_box(mesh.positions).diagonal() : 0;
+  constexpr double min_share = 3e-4;  // of the diagonal, as the default of max_chord
+  const double min_height = remeshed != nullptr ? min_share * bounding_box(mesh.positions).diagonal() : 0;
   std::optional<double> greatest;
   for_each_triangle(result.mesh(), rest, [&](const Triangle& t) {
     const std::array<Vec3d, 3> before{rest[t[0]], rest[t[1]], rest[t[2]]};

@@ -286,12 +286,14 @@ Bounds widest_bounds(double chord) {
 
 }  // namespace
 
-double estimate_missing_volume(const Surface& s, const std::vector<Vec3d>& deviations) {
-  double sum = 0;
+MissingVolume estimate_missing_volume(const Surface& s, const std::vector<Vec3d>& deviations) {
+  MissingVolume missing;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
-    sum += dot(area_vector(s, h / 3, s.after), deviations[s.edge[h]]);
+    const double term = dot(area_vector(s, h / 3, s.after), deviations[s.edge[h]]);
+    missing.sum += term;
+    missing.sum_of_sizes += std::abs(term);
   }
-  return sum / 6;
+  return {missing.sum / 6, missing.sum_of_sizes / 6};
 }
 
 double enclosed_volume(const Surface& s, const std::vector<Vec3d>& positions) {

@@ -22,8 +22,12 @@ namespace knead::detail {
 double compensate(Surface& surface, const std::vector<Vec3d>& deviations, const std::vector<bool>& locked,
                   double missing);
 
-// Returns the missing volume as the same sum over edges.
-double estimate_missing_volume(const Surface& surface, const std::vector<Vec3d>& deviations);
+// The missing volume as the same sum over edges.
+struct MissingVolume {
+  double sum = 0;
+  double sum_of_sizes = 0;  // of the terms
+};
+MissingVolume estimate_missing_volume(const Surface& surface, const std::vector<Vec3d>& deviations);
 
 // Returns the signed volume between the surface with these positions and the mean of surface.before. If the border
 // rests, differences of this volume equal those of the whole closed mesh.

@@ -30,7 +30,8 @@ using namespace detail;
 constexpr int kMaxRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMaxRepairRounds = 4;
 constexpr double kMaxRest = 1e-3;          // of the missing volume that compensation may leave
-constexpr double kNoRest = 1e-9;           // of the cube of the diagonal: near rounding
+constexpr double kNoVolume = 1e-9;         // of the cube of the diagonal: near rounding
+constexpr double kMaxMissing = 2;          // of what all chords together can miss
 constexpr std::size_t kFewPairs = 5;       // that improving can often end where splitting does not
 constexpr double kPlaceMargin = 0.1;       // by which the box of a crossing face is widened, in diagonals
 constexpr int kSteps = 2 + kRepairLevels;  // compensate, improve, then the levels of repair_triangles()
@@ -285,8 +286,7 @@ class Remesher {
     const double missing = counts_.missing_volume;
     counts_.compensated_volume = compensate(surface(), refinement_.deviations(), locked, missing);
     const double rest = missing - counts_.compensated_volume;
-    const double size = options_.targets.diagonal;
-    volume_ = std::abs(rest) > std::max(kMaxRest * std::abs(missing), kNoRest * size * size * size) ? rest : 0;
+    volume_ = std::abs(rest) > std::max(kMaxRest * std::abs(missing), no_volume()) ? rest : 0;
   }
 
   Vec3d centre_of(std::uint32_t f) const {
@@ -418,16 +418,22 @@ class Remesher {
     }
   }
 
-  // Returns the exact difference of volumes if the border of the patch rests (the flow keeps volume); else an estimate
-  // from the chords.
+  // Returns the exact difference of volumes if the border of the patch rests; an estimate from the chords if it does
+  // not, or if the difference is so large that the deformation does not keep volume.
   double missing_volume() {
     const Surface& s = surface();
+    const MissingVolume estimate = estimate_missing_volume(s, refinement_.deviations());
     for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
-      if (s.opposite[h] == kNone && (s.has(s.origin(h), kMoved) || s.has(s.target(h), kMoved))) {
-        return estimate_missing_volume(s, refinement_.deviations());
-      }
+      const bool is_border = s.opposite[h] == kNone;
+      if (is_border && (s.has(s.origin(h), kMoved) || s.has(s.target(h), kMoved))) return estimate.sum;
     }
-    return enclosed_volume(s, s.before) - enclosed_volume(s, s.after);
+    const double exact = enclosed_volume(s, s.before) - enclosed_volume(s, s.after);
+    return std::abs(exact) > kMaxMissing * estimate.sum_of_sizes + no_volume() ? estimate.sum : exact;
+  }
+
+  double no_volume() const {
+    const double size = options_.targets.diagonal;
+    return kNoVolume * size * size * size;
   }
 
   // Locks the corners of crossing faces; from the second attempt on, also the vertices around them.
