@@ -214,6 +214,27 @@ TEST(FlatFaces, AWallIsNotSplitAcrossEdgesThatStayStraight) {
   EXPECT_EQ(std::count_if(back.positions.begin(), back.positions.end(), within), 0);
 }
 
+// Nearly all of its vertices lie on creases, where none may give back the volume that chords miss.
+TEST(FlatFaces, AnOpenRingKeepsItsVolume) {
+  for (const double size : {1e-3, 1.0, 1e3}) {
+    std::vector<Vec3d> outline;
+    for (const double radius : {10.0, 9.0}) {
+      for (int i = 0; i < 32; ++i) {
+        const double angle = 0.2 + (2 * std::numbers::pi - 0.4) * (radius > 9 ? i : 31 - i) / 31;
+        outline.push_back({radius * std::cos(angle), radius * std::sin(angle), 0});
+      }
+    }
+    Mesh ring = in_triangles(prism(outline));
+    for (Vec3d& p : ring.positions) p = size * Vec3d{p.x, p.y, 3 * p.z};
+    CurveStroke curve;
+    curve.from = {{-10 * size, 0, 1.5 * size}, {10 * size, 0, 1.5 * size}};
+    curve.axis = {0, 1, 0};
+    curve.angle_deg = 20;
+    const Mesh bent = Deformed(ring, curve).remeshed().mesh;
+    EXPECT_NEAR(measure(bent).volume / measure(ring).volume, 1, 1e-9);
+  }
+}
+
 // A plate with a fine semicircular notch: the notch keeps its narrow strips, and the flat faces get good triangles,
 // although the fine edges lie opposite to a long one.
 TEST(FlatFaces, ANotchKeepsItsStripsAndTheFacesAroundItGetGoodTriangles) {

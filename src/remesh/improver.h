@@ -121,7 +121,7 @@ class Improver {
     return memory_ != nullptr ? memory_->quality(s_, face) : quality(s_, face, s_.after);
   }
 
-  // Returns true if the quality is below this and, in a part, below what keep_quality() has kept.
+  // Returns true if the quality is below this and, in a part, below what keep_part_quality() has kept.
   bool is_poor(std::uint32_t face, double below) {
     const double q = quality_of(face);
     return q < below && (s_.quality_before.empty() || q < kKeptQuality * s_.quality_before[face]);

@@ -29,7 +29,7 @@ using namespace detail;
 
 constexpr int kMaxRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMaxRepairRounds = 4;
-constexpr double kMaxRest = 1e-3;          // of the missing volume that compensation may leave
+constexpr double kMaxRestShare = 1e-3;     // of the missing volume that compensation may leave
 constexpr double kNoVolume = 1e-9;         // of the cube of the diagonal: near rounding
 constexpr double kMaxMissing = 2;          // of what all chords together can miss
 constexpr std::size_t kFewPairs = 5;       // that improving can often end where splitting does not
@@ -91,7 +91,7 @@ class Remesher {
     const double max_edge = options_.exact ? options_.targets.max_edge : kInfinity;
     const ImprovementCounts done = divide_flat_faces(s, task, max_edge);
     s.before = s.after;
-    if (!options_.whole) keep_quality(s);
+    if (!options_.whole) keep_part_quality(s);
     std::vector<std::uint32_t> changed;
     std::vector<Vec3d> points;
     for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
@@ -286,7 +286,7 @@ class Remesher {
     const double missing = counts_.missing_volume;
     counts_.compensated_volume = compensate(surface(), refinement_.deviations(), locked, missing);
     const double rest = missing - counts_.compensated_volume;
-    volume_ = std::abs(rest) > std::max(kMaxRest * std::abs(missing), no_volume()) ? rest : 0;
+    volume_ = std::abs(rest) > std::max(kMaxRestShare * std::abs(missing), no_volume()) ? rest : 0;
   }
 
   Vec3d centre_of(std::uint32_t f) const {

@@ -221,7 +221,7 @@ void blend_corners(Surface& s, std::uint32_t h, double t, std::span<const std::u
 
 }  // namespace
 
-void keep_quality(Surface& s) {
+void keep_part_quality(Surface& s) {
   s.quality_before.assign(s.face_count(), std::numeric_limits<float>::infinity());
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
     if (!s.is_of_part(f)) continue;

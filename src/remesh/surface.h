@@ -64,7 +64,7 @@ struct Surface {
   std::vector<std::uint32_t> outgoing;     // of each vertex: a half-edge that begins there
   std::vector<std::uint8_t> vertex_flags;  // of each vertex
   std::vector<std::uint8_t> of_part;       // of each face_source: 1 for a flat face of a part (facets.h); or empty
-  std::vector<float> quality_before;       // of each face, see keep_quality(); or empty
+  std::vector<float> quality_before;       // of each face, see keep_part_quality(); or empty
   std::vector<Vec3d> before;               // of each vertex; meaningless after triangles are improved
   std::vector<Vec3d> after;
   Values vertex_values;
@@ -144,7 +144,7 @@ struct Surface {
 // Keeps the quality in the surface before of the faces of parts that have two edges between flat faces, such as those
 // of a finely divided cylinder: no change helps them, and improving leaves those alone that the deformation made no
 // worse. Splits inherit it.
-void keep_quality(Surface& surface);
+void keep_part_quality(Surface& surface);
 
 // Makes these edges copies of each other.
 void join_copies(Surface& surface, std::span<const std::uint32_t> edges);
