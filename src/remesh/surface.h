@@ -141,9 +141,9 @@ struct Surface {
   }
 };
 
-// Keeps the quality in the surface before of the faces of parts that have two edges between flat faces, such as those
-// of a finely divided cylinder: no change helps them, and improving leaves those alone that the deformation made no
-// worse. Splits inherit it.
+// Remembers the quality, in the surface before, of those faces of parts that have two edges between flat faces, such as
+// the wall of a finely divided cylinder. Hardly any change helps them, so improving leaves them alone unless the
+// deformation made them worse. Splits inherit it.
 void keep_part_quality(Surface& surface);
 
 // Makes these edges copies of each other.
